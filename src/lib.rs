@@ -1,0 +1,43 @@
+//! Real-time sculpting of elastoplastic clay: MLS-MPM with cuts that persist (CPIC), two-sided marching cubes.
+//!
+//! Data flows one way, top to bottom; no module imports one below it in this table.
+//!
+//! | module      | takes                     | makes                              | equations            |
+//! |-------------|---------------------------|------------------------------------|----------------------|
+//! | [`sim`]     | snapshot, frame plans     | frame reports, surface particles   | Yu et al. Eq. 1-5    |
+//! | [`surface`] | surface particles         | closed, oriented triangle meshes   | Eq. 9, two-sided     |
+//! | [`scene`]   | scene files, mesh files   | snapshots, tool paths, mesh files  | winding number       |
+//! | `plugin`    | Bevy's clock and entities | frame plans, Bevy components       | -                    |
+//!
+//! Units are SI, right-handed, Y up. State is f32 on the device and in the engines, f64 in the oracle. Matrices are column-major:
+//! `affine[c][r]` is the derivative of velocity component `r` along axis `c`.
+//!
+//! # Example
+//!
+//! A 4 cm cube of clay dropped for one frame of 10 ms:
+//!
+//! ```
+//! use bevy_clay::prelude::*;
+//!
+//! let scene = Scene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004, material: Preset(SoftClay))")?;
+//! let snapshot = scene.build(std::path::Path::new("."))?.snapshot;
+//! let mut engine = NativeEngine::new();
+//! engine.load(&snapshot)?;
+//! let plan = StepLimits::default().plan(&snapshot, 0.01, &[]);
+//! engine.submit(plan)?;
+//! let report = engine.wait()?;
+//! assert!((report.grid_mass / report.particle_mass - 1.0).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![warn(missing_docs)]
+
+//pub mod plugin;
+pub mod scene;
+pub mod sim;
+pub mod surface;
+
+/// What most programs need.
+pub mod prelude {
+    //pub use crate::plugin::*;
+    pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
+}

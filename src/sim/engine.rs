@@ -1,0 +1,320 @@
+//! The seam: plans go in, reports come out, nothing blocks.
+//!
+//! A plan is data, so a run can be recorded and replayed bit for bit. An engine runs plans in the order given; `poll` hands back one
+//! report per plan. `surface` and `save` speak of the state at the end of the frame that the last report was about.
+
+use super::health::Health;
+use super::material::ClayMaterial;
+use super::params::{Domain, ParamsError};
+use super::snapshot::Snapshot;
+use super::tool::ToolPath;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// One frame to run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FramePlan {
+    /// Names the frame in its report.
+    pub id: u64,
+    /// Substep [s].
+    pub dt: f64,
+    /// Number of substeps; the frame lasts `dt * steps`.
+    pub steps: u32,
+    /// The clay's parameters in this frame.
+    pub material: ClayMaterial,
+    /// Inertial density over the material's density: 1, or more while a tool engages supported clay. Weight is not scaled.
+    pub density_scale: f64,
+    /// Gravity [m/s^2].
+    pub gravity: DVec3,
+    /// The tools and their ways through the frame.
+    pub tools: Vec<ToolPath>,
+    /// Seed of anything random in the frame.
+    pub seed: u64,
+    /// For validation cases only.
+    #[doc(hidden)]
+    pub validation: Validation,
+}
+
+/// Inputs that validation cases need and an application must not use.
+#[doc(hidden)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Validation {
+    /// Decay rate of node velocities [1/s]: finds equilibria.
+    pub damping: f64,
+}
+
+impl FramePlan {
+    /// Duration of the frame [s].
+    pub fn duration(&self) -> f64 {
+        self.dt * f64::from(self.steps)
+    }
+
+    /// Inertial density [kg/m^3].
+    pub fn inertial_density(&self) -> f64 {
+        self.material.density * self.density_scale
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first parameter that is out of its range, by name.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        if !(self.dt.is_finite() && self.dt > 0.0) {
+            return Err(ParamsError::new("dt", self.dt, "must be a positive time step in seconds"));
+        }
+        if self.steps == 0 {
+            return Err(ParamsError::new("steps", 0, "must be at least 1"));
+        }
+        if !(self.density_scale.is_finite() && self.density_scale >= 1.0) {
+            return Err(ParamsError::new("density_scale", self.density_scale, "must be 1 or more"));
+        }
+        if !self.gravity.is_finite() {
+            return Err(ParamsError::new("gravity", self.gravity, "must be finite"));
+        }
+        self.material.validate()?;
+        for path in &self.tools {
+            path.tool.validate()?;
+            if path.samples.is_empty() || !path.is_finite() {
+                let reason = "needs at least one sample, finite numbers and times in order";
+                return Err(ParamsError::new("tool path", format!("tool {}", path.id), reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a tool felt in one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToolReport {
+    /// The path's id.
+    pub id: u32,
+    /// Impulse of the clay on the tool [N s].
+    pub impulse: DVec3,
+    /// Angular impulse of the clay on the tool about its origin [N m s].
+    pub angular_impulse: DVec3,
+    /// Mean force on the tool over the frame [N].
+    pub force: DVec3,
+    /// Mean torque on the tool about its origin [N m].
+    pub torque: DVec3,
+    /// Node contacts, summed over the substeps.
+    pub contacts: u64,
+    /// Particles that took a side of the blade.
+    pub tagged: u64,
+    /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
+    pub pushed_back: u64,
+    /// Greatest depth of such a particle behind the blade [cells].
+    pub depth_max: f64,
+}
+
+/// Energies at the end of a frame [J]; kinetic with the inertial density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// Kinetic, with the affine part.
+    pub kinetic: f64,
+    /// Elastic.
+    pub elastic: f64,
+}
+
+/// Wall-clock time [s] per part of the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timings {
+    /// The whole frame.
+    pub total: f64,
+    /// Sorting particles into blocks.
+    pub rebin: f64,
+    /// Node sums and grid update.
+    pub grid: f64,
+    /// Gather, clay law and scatter.
+    pub particles: f64,
+    /// Copies and statistics at the frame's end.
+    pub report: f64,
+}
+
+/// What came of one plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// The plan's id.
+    pub plan_id: u64,
+    /// What went wrong.
+    pub health: Health,
+    /// How often the frame was redone with half the time step.
+    pub redone: u32,
+    /// Substep used [s].
+    pub dt: f64,
+    /// Substeps run.
+    pub steps: u32,
+    /// Simulated time at the frame's end [s].
+    pub time: f64,
+    /// Particles in motion.
+    pub particle_count: usize,
+    /// Ids of particles that are not finite, frozen out when loaded.
+    pub quarantined: Vec<u32>,
+    /// Sum of inertial particle masses [kg].
+    pub particle_mass: f64,
+    /// Sum of node masses at the last substep [kg].
+    pub grid_mass: f64,
+    /// Momentum of the clay when the frame started [kg m/s].
+    pub momentum_before: DVec3,
+    /// Momentum of the clay when it ended [kg m/s].
+    pub momentum: DVec3,
+    /// Angular momentum about the world's origin at the end, with the affine part [kg m^2/s].
+    pub angular_momentum: DVec3,
+    /// Impulse of gravity on the clay [N s].
+    pub gravity_impulse: DVec3,
+    /// Impulse of the walls on the clay [N s].
+    pub wall_impulse: DVec3,
+    /// Impulse taken by validation damping [N s].
+    pub damping_impulse: DVec3,
+    /// Sum over substeps and nodes of |wall impulse| + |tool impulse| [N s].
+    pub impulse_scale: f64,
+    /// Sum of m |v| at the end [kg m/s].
+    pub momentum_scale: f64,
+    /// Energies at the end.
+    pub energies: Energies,
+    /// Least and greatest volume ratio J.
+    pub volume_ratio: (f64, f64),
+    /// Sum of V_p J_p [m^3].
+    pub volume: f64,
+    /// Greatest node speed [cells per substep].
+    pub speed_max: f64,
+    /// Particles whose strain was clamped.
+    pub clamped: u64,
+    /// Each tool of the plan.
+    pub tools: Vec<ToolReport>,
+    /// Where the time went.
+    pub timings: Timings,
+}
+
+impl FrameReport {
+    /// |clay momentum change + tool and wall impulses| over (sum of |impulses| + sum of m |v|): Newton's third law, kept to rounding.
+    pub fn balance_error(&self) -> f64 {
+        let on_tools: DVec3 = self.tools.iter().map(|t| t.impulse).sum();
+        let change = self.momentum - self.momentum_before;
+        let error = change + on_tools - self.wall_impulse - self.gravity_impulse - self.damping_impulse;
+        let scale = self.impulse_scale + self.momentum_scale;
+        if scale > 0.0 { error.length() / scale } else { error.length() }
+    }
+}
+
+/// One particle as the surface sees it, 24 bytes: what an engine uploads or aliases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfaceParticle {
+    /// Position in grid coordinates [cells].
+    pub position: [f32; 3],
+    /// Volume ratio J [-].
+    pub volume_ratio: f32,
+    /// Rest volume over cell volume [-]: 1/8 at 8 particles per cell.
+    pub density_weight: f32,
+    /// Tags packed: bytes (sheet, side) of the first and the second cut, as in the particle.
+    pub tags: u32,
+}
+
+impl SurfaceParticle {
+    /// The side (+1, 0, -1) of the first cut.
+    pub fn side(&self) -> i8 {
+        self.tags.to_le_bytes()[1].cast_signed()
+    }
+
+    /// The sheet id of the first cut; 0 where there is none.
+    pub fn sheet(&self) -> u8 {
+        self.tags.to_le_bytes()[0]
+    }
+}
+
+/// What any extractor reads, whichever engine made it.
+#[derive(Clone, Debug)]
+pub struct SurfaceSource {
+    /// The grid the positions refer to.
+    pub domain: Domain,
+    /// The particles, in an order that is the same in every run.
+    pub particles: Arc<Vec<SurfaceParticle>>,
+}
+
+/// Why an engine refused a call.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EngineError {
+    /// A parameter of the snapshot or plan.
+    #[error(transparent)]
+    Params(#[from] ParamsError),
+    /// Nothing is loaded yet.
+    #[error("no clay is loaded")]
+    NotLoaded,
+    /// As many plans are under way as the engine takes.
+    #[error("{0} frames are under way already; poll first")]
+    Busy(usize),
+    /// The clay needs more memory than the limit allows.
+    #[error(
+        "{particles} particles on {cells} cells need {needed_mib} MiB, over the limit of {limit_mib} MiB; about {fits} particles fit"
+    )]
+    Memory {
+        /// Particles asked for.
+        particles: usize,
+        /// Cells of the grid.
+        cells: usize,
+        /// Memory needed [MiB].
+        needed_mib: usize,
+        /// Memory allowed [MiB].
+        limit_mib: usize,
+        /// Particles that would fit.
+        fits: usize,
+    },
+    /// The engine's thread ended.
+    #[error("the engine stopped: {0}")]
+    Stopped(String),
+}
+
+/// An engine: runs frames of clay somewhere else than in the caller's time.
+pub trait Engine: Send {
+    /// One line that names the engine and what it runs on.
+    fn describe(&self) -> String;
+
+    /// Replaces the clay. Frames under way are dropped with their reports.
+    ///
+    /// # Errors
+    /// A domain or material that cannot be used, or more memory than there is.
+    fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError>;
+
+    /// Queues a frame. At most two frames are under way: the plan of frame n is made from the report of frame n - 2.
+    ///
+    /// # Errors
+    /// A plan that cannot be run, two frames under way, or nothing loaded.
+    fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError>;
+
+    /// The next report, if a frame has ended since.
+    ///
+    /// # Errors
+    /// The engine stopped.
+    fn poll(&mut self) -> Result<Option<FrameReport>, EngineError>;
+
+    /// The surface particles at the end of the last reported frame, or as loaded.
+    fn surface(&self) -> Option<SurfaceSource>;
+
+    /// The whole state at the end of the last reported frame, or as loaded.
+    ///
+    /// # Errors
+    /// Nothing is loaded.
+    fn save(&self) -> Result<Snapshot, EngineError>;
+
+    /// Frames under way.
+    fn pending(&self) -> usize;
+
+    /// Waits for the next report: for programs without a frame loop.
+    ///
+    /// # Errors
+    /// Nothing is under way, or the engine stopped.
+    fn wait(&mut self) -> Result<FrameReport, EngineError> {
+        if self.pending() == 0 {
+            return Err(EngineError::Stopped("no frame is under way".into()));
+        }
+        loop {
+            if let Some(report) = self.poll()? {
+                return Ok(report);
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+    }
+}

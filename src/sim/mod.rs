@@ -1,0 +1,74 @@
+//! The clay solver: explicit MLS-MPM/APIC with quadratic B-splines, Hencky elasticity, von Mises plasticity and persistent cuts.
+//!
+//! A frame is a [`FramePlan`](engine::FramePlan) run by an [`Engine`](engine::Engine). One substep of it, in the words of every engine:
+//!
+//! | pass    | does                                                                                  | equation          |
+//! |---------|---------------------------------------------------------------------------------------|-------------------|
+//! | `tags`  | particles that a blade came near, or swept over, take their side of it                | Eq. 1, swept      |
+//! | `p2g`   | mass and momentum of each side class to the nodes, with the stress impulse            | Eq. 2-4           |
+//! | `grid`  | momentum -> velocity, gravity, contact of the two sides, tools, walls                 | -                 |
+//! | `g2p`   | velocity and affine from the particle's own side, advection, elastic strain, return   | Eq. 5 (softening) |
+//!
+//! # The substep, exactly
+//!
+//! Every engine and the oracle do this, in this order; `t` is the substep's start, `h` its length, lengths in cells unless said.
+//! Nodes stand at integers; the stencil of a particle at `x` is nodes `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic
+//! weights `(1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density, `m_p = rho_s V_p`.
+//!
+//! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle for which
+//!    [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side) in slot 0; then a particle that has a side, is near, and
+//!    stands on the other side (`distance * side < 0`) is put back along the normal to `side * 1e-3` cells from the plane, and counted.
+//! 2. `p2g`: Kirchhoff stress `tau = 2 mu H + lambda tr(H) I` with `H = ln(I + E) / 2`; affine impulse per mass
+//!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for
+//!    each class of particles: untagged U, front F (side +1), back B (side -1).
+//! 3. `grid`, per node, with the tools at their poses of `t + h`:
+//!    1. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that answers) the node is
+//!       split and its owner is the sign of the distance (0 counts as front). Else it is split where `m_F + m_B > (m_U + m_F + m_B) / 2`, with
+//!       owner front if `m_F >= m_B`; else it is whole. A split node has two fields: *main* = U + owner's class, *other* = the other
+//!       class; a whole node has one: all three.
+//!    2. **Fold.** Walls fold each field's ghost node `w - 1` onto its mirror `w + 1` (axis by axis, x first): mass adds, the normal momentum
+//!       subtracts, the tangential adds (slip, separate) or subtracts (stick). A separating wall folds a column of three nodes only while its
+//!       reaction `R = (m+ - m-) / (m+ + m-) (p+ - p-) - (p+ + p0 + p-)` is positive, `p` the normal momenta away from the wall with gravity included.
+//!    3. **Velocity** `v = p / m + g h (rho / rho_s)`, times `exp(-damping h)`.
+//!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
+//!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
+//!       (the contact of the tool; U belongs to main). Elsewhere the two fields of a split node exchange momentum while they approach along
+//!       `n = grad(m_F - m_B)` (central differences of node masses; no exchange where it vanishes): with
+//!       `u = (v_F - v_B) . n < 0` and reduced mass `m = m_F m_B / (m_F + m_B)` of the two fields, impulse `-m u` on the front field along n
+//!       and, against sliding, at most [`CUT_FRICTION`](tool::CUT_FRICTION) times that (never more than stops the sliding).
+//!    5. **Solid tools** in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`](tool::CONTACT_OFFSET) get, in each field, the tool's contact with
+//!       its velocity at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward normal. Contact: stick `v = v_t`; slip removes the relative
+//!       normal velocity; separate removes it only if negative and reduces the relative tangential speed by at most friction times the
+//!       normal change. Impulses `m (v_before - v_after)` sum up on the tool, with unfolded
+//!       masses. Ghost nodes of folded columns take no part in 4 and 5.
+//!    6. **Walls.** At wall nodes the normal (stick: every) component is 0; each ghost node of a folded column takes its mirror's velocity with the folded
+//!       components reversed. With unfolded masses, the wall's impulse is what steps 2-6 changed of the
+//!       momentum of wall nodes and folded columns beyond gravity, damping and tools; all other nodes give it nothing.
+//! 4. `g2p`, from the particle's own class's field: `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`; `x += h v / dx`; the room's walls stop `x`;
+//!    `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if `|d| > y = sqrt(2/3) sY(distance) / (2 mu)`,
+//!    with the distance from the new `x` to the nearest tool at `t + h`: `d *= y / |d|`, hardening `+= sqrt(2/3) (|d| - y)`; `E = exp(2 H) - I`. Eigenvalues of `b` are clamped to
+//!    `[0.05^2, 20^2]` and counted.
+//!
+//! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
+//! state, [`plan`] chooses steps, [`engine`] is the seam, [`native`] the CPU engine, [`oracle`] the readable f64 judge of both.
+
+pub mod engine;
+pub mod health;
+pub mod material;
+pub mod native;
+pub mod oracle;
+pub mod params;
+pub mod plan;
+pub mod snapshot;
+pub mod tool;
+
+/// What most programs need.
+pub mod prelude {
+    pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
+    pub use super::health::Health;
+    pub use super::material::{ClayMaterial, Preset};
+    pub use super::params::{Domain, ParamsError, Wall, Walls};
+    pub use super::plan::{InertiaScaling, StepLimits};
+    pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
+    pub use super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
+}

@@ -1,0 +1,130 @@
+//! Where the clay lives: the cell grid and its walls.
+//!
+//! Grid coordinates count cells: node `i` stands at `i`, cell `i` reaches from `i` to `i + 1`, world = `origin + cell_width * grid`.
+//! Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end, so that its ghost nodes share a 4^3 block with it.
+
+use glam::{DVec3, IVec3};
+use serde::{Deserialize, Serialize};
+
+/// Cells along one edge of a block, the unit of storage and of scheduling.
+pub const BLOCK: i32 = 4;
+/// Node index of the low walls: one block of padding, then local index 1, so that nodes `w - 1, w, w + 1` share a block.
+pub const WALL_NODE: i32 = BLOCK + 1;
+/// Cells the grid has beyond the clay's room: `WALL_NODE` below and the rest of two blocks above.
+pub const PADDING: i32 = 3 * BLOCK;
+/// The largest grid edge [cells]; the block table of a 1024^3 grid takes 64 MiB.
+pub const CELLS_MAX: i32 = 1024;
+
+/// What stands at one face of the domain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Wall {
+    /// Frictionless mirror: normal velocity reversed in the ghost nodes, zero on the wall (second order; clamped walls do not converge).
+    Slip,
+    /// No slip: all velocity components reversed in the ghost nodes, zero on the wall.
+    Stick,
+    /// Frictionless while the folded momentum points into the wall, absent otherwise: clay can leave.
+    #[default]
+    Separate,
+}
+
+/// The six walls, low and high along each axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Walls {
+    /// At the least x, y (the floor) and z.
+    pub low: [Wall; 3],
+    /// At the greatest x, y and z.
+    pub high: [Wall; 3],
+}
+
+/// The room of the clay: a grid of cubic cells between six walls.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Domain {
+    /// World position of grid coordinate 0 [m].
+    pub origin: DVec3,
+    /// Cell width dx [m].
+    pub cell_width: f64,
+    /// Cells between the walls along each axis, a multiple of [`BLOCK`].
+    pub cells: IVec3,
+    /// What stands at each face.
+    pub walls: Walls,
+}
+
+/// A parameter that cannot be used, by name.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: {reason}")]
+pub struct ParamsError {
+    /// The parameter.
+    pub name: &'static str,
+    /// Its value as given.
+    pub value: String,
+    /// What it has to be.
+    pub reason: String,
+}
+
+impl ParamsError {
+    /// An error about `name`.
+    pub fn new(name: &'static str, value: impl ToString, reason: impl ToString) -> Self {
+        Self { name, value: value.to_string(), reason: reason.to_string() }
+    }
+}
+
+impl Domain {
+    /// The domain that holds the box `low`..`high` [m]; its walls stand at `low` and at `low` + whole blocks of cells, at or beyond `high`.
+    ///
+    /// # Errors
+    /// A cell width that is not finite and positive, an empty or non-finite box, or more than [`CELLS_MAX`] cells along an axis.
+    pub fn new(low: DVec3, high: DVec3, cell_width: f64, walls: Walls) -> Result<Self, ParamsError> {
+        if !(cell_width.is_finite() && cell_width > 0.0) {
+            return Err(ParamsError::new("cell_width", cell_width, "must be a positive length in metres"));
+        }
+        if !(low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0) {
+            return Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a finite box with low < high"));
+        }
+        // An extent given as a whole number of cells must not gain a block by rounding: 1e-9 of a block is far below f64 noise of extents.
+        let blocks = ((high - low) / (cell_width * f64::from(BLOCK)) - 1e-9).ceil().max(DVec3::ONE);
+        if blocks.max_element() * f64::from(BLOCK) + f64::from(PADDING) > f64::from(CELLS_MAX) {
+            let fits = (high - low).max_element() / f64::from(CELLS_MAX - PADDING);
+            return Err(ParamsError::new(
+                "cell_width",
+                cell_width,
+                format!(
+                    "gives more than {CELLS_MAX} cells along an axis; the smallest cell width for this domain is {fits:.3e} m"
+                ),
+            ));
+        }
+        let cells = blocks.as_ivec3() * BLOCK;
+        Ok(Self { origin: low - cell_width * f64::from(WALL_NODE), cell_width, cells, walls })
+    }
+
+    /// Cells of the whole grid along each axis, padding included, a multiple of [`BLOCK`].
+    pub fn grid_cells(&self) -> IVec3 {
+        self.cells + PADDING
+    }
+
+    /// Blocks of the whole grid along each axis.
+    pub fn blocks(&self) -> IVec3 {
+        self.grid_cells() / BLOCK
+    }
+
+    /// Node indices of the low and high wall along each axis.
+    pub fn wall_nodes(&self) -> (IVec3, IVec3) {
+        (IVec3::splat(WALL_NODE), self.cells + WALL_NODE)
+    }
+
+    /// World positions of the low and high corners of the room [m].
+    pub fn corners(&self) -> (DVec3, DVec3) {
+        let (low, high) = self.wall_nodes();
+        (self.to_world(low.as_dvec3()), self.to_world(high.as_dvec3()))
+    }
+
+    /// World position [m] -> grid coordinate [cells].
+    pub fn to_grid(&self, world: DVec3) -> DVec3 {
+        (world - self.origin) / self.cell_width
+    }
+
+    /// Grid coordinate [cells] -> world position [m].
+    pub fn to_world(&self, grid: DVec3) -> DVec3 {
+        self.origin + self.cell_width * grid
+    }
+}

@@ -1,0 +1,62 @@
+//! What touches the clay: kinematic tools that follow a given path; the force on them is an output.
+
+mod blade;
+mod path;
+mod shape;
+
+pub use blade::{BAND, Blade, Near};
+pub use path::{Motion, Pose, PoseSample, ToolPath};
+pub use shape::{CONTACT_OFFSET, ToolShape};
+
+use super::params::ParamsError;
+use serde::{Deserialize, Serialize};
+
+/// Friction between the two sides of a kept cut [-]: clay on clay slides at about 27 degrees.
+pub const CUT_FRICTION: f64 = 0.5;
+
+/// How a tool's surface acts on the clay it touches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Contact {
+    /// The clay moves with the tool.
+    Stick,
+    /// The clay slides along the tool without friction and cannot leave it.
+    Slip,
+    /// The clay can leave; while pressed it slides against Coulomb friction.
+    Separate {
+        /// Coulomb coefficient mu [-].
+        friction: f64,
+    },
+}
+
+impl Default for Contact {
+    /// Separating with friction 0.3, between oiled metal and wet clay.
+    fn default() -> Self {
+        Self::Separate { friction: 0.3 }
+    }
+}
+
+/// A tool: a shape and how it touches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tool {
+    /// The shape in the tool's own frame.
+    pub shape: ToolShape,
+    /// The contact of its surface.
+    #[serde(default)]
+    pub contact: Contact,
+}
+
+impl Tool {
+    /// Checks shape and contact.
+    ///
+    /// # Errors
+    /// The first parameter that is out of its range, by name.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        self.shape.validate()?;
+        match self.contact {
+            Contact::Separate { friction } if !(friction.is_finite() && friction >= 0.0) => {
+                Err(ParamsError::new("friction", friction, "must be finite and not negative"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

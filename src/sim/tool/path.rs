@@ -1,0 +1,112 @@
+//! A tool's way through a frame: samples in time, swept over the substeps and never jumped.
+
+use super::Tool;
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Where a tool is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Position of the tool's origin [m].
+    pub position: DVec3,
+    /// Rotation from the tool's frame to the world.
+    pub rotation: DQuat,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self { position: DVec3::ZERO, rotation: DQuat::IDENTITY }
+    }
+}
+
+impl Pose {
+    /// World point [m] -> the tool's frame [m].
+    pub fn to_local(&self, world: DVec3) -> DVec3 {
+        self.rotation.inverse() * (world - self.position)
+    }
+
+    /// Point in the tool's frame [m] -> world [m].
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
+        self.rotation * local + self.position
+    }
+}
+
+/// A pose at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseSample {
+    /// Seconds from the start of the frame.
+    pub time: f64,
+    /// The pose then.
+    pub pose: Pose,
+}
+
+/// A tool and the samples of its path over one frame, in order of time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToolPath {
+    /// Names the tool in the report; a blade's sheet id is its low byte.
+    pub id: u32,
+    /// The tool.
+    pub tool: Tool,
+    /// At least one sample; held before the first and after the last.
+    pub samples: Vec<PoseSample>,
+}
+
+impl ToolPath {
+    /// A tool that stands still.
+    pub fn still(id: u32, tool: Tool, pose: Pose) -> Self {
+        Self { id, tool, samples: vec![PoseSample { time: 0.0, pose }] }
+    }
+
+    /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays at the world's origin.
+    pub fn pose_at(&self, time: f64) -> Pose {
+        let next = self.samples.partition_point(|s| s.time <= time);
+        match (next.checked_sub(1).map(|i| self.samples[i]), self.samples.get(next)) {
+            (None, None) => Pose::default(),
+            (None, Some(first)) => first.pose,
+            (Some(last), None) => last.pose,
+            (Some(a), Some(b)) => {
+                let t = (time - a.time) / (b.time - a.time);
+                Pose { position: a.pose.position.lerp(b.pose.position, t), rotation: a.pose.rotation.slerp(b.pose.rotation, t) }
+            }
+        }
+    }
+
+    /// The motion over one substep from `start` to `end` [s].
+    pub fn motion(&self, start: f64, end: f64) -> Motion {
+        Motion { start: self.pose_at(start), end: self.pose_at(end), duration: end - start }
+    }
+
+    /// Greatest speed [m/s] of any point of the tool within its bounding sphere over the path's samples.
+    pub fn speed_max(&self) -> f64 {
+        let radius = self.tool.shape.bounding_radius();
+        let speed = |w: &[PoseSample]| {
+            let turn = w[0].pose.rotation.angle_between(w[1].pose.rotation) * radius;
+            (w[0].pose.position.distance(w[1].pose.position) + turn) / (w[1].time - w[0].time)
+        };
+        self.samples.windows(2).map(speed).fold(0.0, f64::max)
+    }
+
+    /// Whether every number of the path is finite, with samples in strict order of time.
+    pub fn is_finite(&self) -> bool {
+        let finite = |s: &PoseSample| s.time.is_finite() && s.pose.position.is_finite() && s.pose.rotation.is_finite();
+        self.samples.iter().all(finite) && self.samples.windows(2).all(|w| w[0].time < w[1].time)
+    }
+}
+
+/// A rigid motion over one substep.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Pose at the substep's start.
+    pub start: Pose,
+    /// Pose at its end.
+    pub end: Pose,
+    /// Seconds between them.
+    pub duration: f64,
+}
+
+impl Motion {
+    /// Velocity [m/s] over the substep of the tool's material point that stands at `world` [m] at its end.
+    pub fn velocity_at(&self, world: DVec3) -> DVec3 {
+        (world - self.start.to_world(self.end.to_local(world))) / self.duration
+    }
+}

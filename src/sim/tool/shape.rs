@@ -1,0 +1,154 @@
+//! Tool shapes and their exact signed distances.
+
+use super::super::params::ParamsError;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Effective offset of a solid tool's surface [cells]: nodes closer than this to the shape take part in the contact, so that the
+/// clay's surface (its particles' outer faces) rests on the drawn shape. Measured by `validate physics` (case `tool offset`).
+pub const CONTACT_OFFSET: f64 = 0.0;
+
+/// A tool's shape in its own frame, in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToolShape {
+    /// A ball about the origin.
+    Sphere {
+        /// Radius [m].
+        radius: f64,
+    },
+    /// A rod with round ends along the local Y axis.
+    Capsule {
+        /// Radius [m].
+        radius: f64,
+        /// Half the length of the axis between the two centres [m].
+        half_length: f64,
+    },
+    /// A block about the origin.
+    Box {
+        /// Half the edge lengths [m].
+        half_size: DVec3,
+    },
+    /// A blade without thickness: a rectangle in the local XY plane, its front along +Z.
+    Blade {
+        /// Half the extent along local X [m].
+        half_width: f64,
+        /// Half the extent along local Y [m].
+        half_height: f64,
+    },
+}
+
+impl ToolShape {
+    /// Signed distance [m] from `local` to a solid shape, negative inside; to a blade, the unsigned distance.
+    pub fn distance(&self, local: DVec3) -> f64 {
+        match *self {
+            Self::Sphere { radius } => local.length() - radius,
+            Self::Capsule { radius, half_length } => {
+                (local - DVec3::Y * local.y.clamp(-half_length, half_length)).length() - radius
+            }
+            Self::Box { half_size } => {
+                let q = local.abs() - half_size;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            Self::Blade { half_width, half_height } => {
+                let on = DVec3::new(local.x.clamp(-half_width, half_width), local.y.clamp(-half_height, half_height), 0.0);
+                local.distance(on)
+            }
+        }
+    }
+
+    /// Outward unit normal of a solid shape at `local`: the gradient of [`Self::distance`]. Where that is not defined (the centre) it is +Y.
+    pub fn normal(&self, local: DVec3) -> DVec3 {
+        let gradient = match *self {
+            Self::Sphere { .. } => local,
+            Self::Capsule { half_length, .. } => local - DVec3::Y * local.y.clamp(-half_length, half_length),
+            Self::Box { half_size } => {
+                let q = local.abs() - half_size;
+                let outside = q.max(DVec3::ZERO);
+                let g = if outside != DVec3::ZERO {
+                    outside
+                } else if q.x >= q.y && q.x >= q.z {
+                    DVec3::X
+                } else if q.y >= q.z {
+                    DVec3::Y
+                } else {
+                    DVec3::Z
+                };
+                g * DVec3::new(1f64.copysign(local.x), 1f64.copysign(local.y), 1f64.copysign(local.z))
+            }
+            Self::Blade { .. } => DVec3::Z,
+        };
+        gradient.try_normalize().unwrap_or(DVec3::Y)
+    }
+
+    /// Whether the shape is a blade: it divides the clay instead of displacing it.
+    pub fn is_blade(&self) -> bool {
+        matches!(self, Self::Blade { .. })
+    }
+
+    /// Radius [m] of a ball about the origin that holds the shape.
+    pub fn bounding_radius(&self) -> f64 {
+        match *self {
+            Self::Sphere { radius } => radius,
+            Self::Capsule { radius, half_length } => radius + half_length,
+            Self::Box { half_size } => half_size.length(),
+            Self::Blade { half_width, half_height } => half_width.hypot(half_height),
+        }
+    }
+
+    /// Checks the shape's lengths.
+    ///
+    /// # Errors
+    /// The first length that is not finite and positive, by name.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        let check = |name, value: f64| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false => Err(ParamsError::new(name, value, "must be a finite, positive length in metres")),
+        };
+        match *self {
+            Self::Sphere { radius } => check("radius", radius),
+            Self::Capsule { radius, half_length } => check("radius", radius).and(check("half_length", half_length)),
+            Self::Box { half_size } => half_size.to_array().into_iter().try_for_each(|h| check("half_size", h)),
+            Self::Blade { half_width, half_height } => check("half_width", half_width).and(check("half_height", half_height)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPES: [ToolShape; 3] = [
+        ToolShape::Sphere { radius: 0.7 },
+        ToolShape::Capsule { radius: 0.3, half_length: 0.5 },
+        ToolShape::Box { half_size: DVec3::new(0.3, 0.5, 0.2) },
+    ];
+
+    /// Stepping back along the normal by the distance reaches the surface, from outside and inside.
+    #[test]
+    fn normal_times_distance_leads_to_surface() {
+        for shape in SHAPES {
+            for i in 0..1000 {
+                let r = |k: i32| f64::from((i * 7919 + k * 104_729) % 2000) / 1000.0 - 1.0;
+                let x = DVec3::new(r(1), r(2), r(3));
+                let on = x - shape.normal(x) * shape.distance(x);
+                assert!(shape.distance(on).abs() < 1e-9, "{shape:?} at {x}: {}", shape.distance(on));
+            }
+        }
+    }
+
+    /// A blade's distance is to the rectangle, not to its plane.
+    #[test]
+    fn blade_distance_beyond_edge_is_to_the_edge() {
+        let blade = ToolShape::Blade { half_width: 1.0, half_height: 2.0 };
+        assert_eq!(blade.distance(DVec3::new(0.5, -1.0, -0.25)), 0.25);
+        assert_eq!(blade.distance(DVec3::new(4.0, 0.0, 4.0)), 5.0);
+    }
+
+    #[test]
+    fn zero_and_nan_lengths_are_refused_by_name() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = ToolShape::Sphere { radius: bad }.validate().expect_err("bad radius");
+            assert_eq!(error.name, "radius");
+        }
+    }
+}
