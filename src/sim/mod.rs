@@ -69,6 +69,7 @@ pub mod prelude {
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::health::Health;
     pub use super::material::{ClayMaterial, Preset};
+    pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::plan::{InertiaScaling, StepLimits};
     pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
