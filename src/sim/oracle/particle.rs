@@ -27,6 +27,21 @@ pub struct Particle {
 }
 
 impl Particle {
+    /// A particle at rest at grid coordinate `position` [cells].
+    pub fn at(position: DVec3, rest_volume: f64, id: u32) -> Self {
+        Self {
+            position,
+            velocity: DVec3::ZERO,
+            affine: DMat3::ZERO,
+            elastic_strain: DMat3::ZERO,
+            hardening: 0.0,
+            structure: 0.0,
+            rest_volume,
+            id,
+            tags: [Tag::default(); 2],
+        }
+    }
+
     /// The particle of a snapshot.
     pub fn from_snapshot(particle: &snapshot::Particle) -> Self {
         let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
