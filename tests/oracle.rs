@@ -96,10 +96,10 @@ fn free_fall_is_symplectic_to_rounding() {
 #[test]
 fn free_rotation_keeps_angular_momentum() {
     let mut oracle = empty([16.0, 16.0, 12.0], all(Wall::Slip), elastic(0.3));
-    fill(&mut oracle, [6.0, 6.0, 4.0], [4, 4, 4], [2, 2, 2]);
+    fill(&mut oracle, [6.0, 6.0, 4.0], [4, 4, 2], [2, 2, 2]);
     let wave_speed = oracle.material.wave_speed(oracle.material.density);
     let spin = DVec3::new(0.0, 0.0, 0.005 * wave_speed / CELL_WIDTH);
-    let centre = DVec3::new(8.0, 8.0, 6.0) + f64::from(WALL_NODE);
+    let centre = DVec3::new(8.0, 8.0, 5.0) + f64::from(WALL_NODE);
     for particle in &mut oracle.particles {
         particle.velocity = spin.cross(particle.position - centre) * CELL_WIDTH;
         particle.affine = DMat3::from_cols(spin.cross(DVec3::X), spin.cross(DVec3::Y), spin.cross(DVec3::Z));
@@ -125,7 +125,7 @@ fn free_rotation_keeps_angular_momentum() {
 /// Relative error of the first axial frequency `c / 2 L` of a free bar of `cells`.
 fn bar_frequency_error(cells: u32) -> f64 {
     let mut oracle = empty([f64::from(cells) + 8.0, 8.0, 8.0], all(Wall::Slip), elastic(0.0));
-    fill(&mut oracle, [4.0, 3.0, 3.0], [cells, 2, 2], [2, 2, 2]);
+    fill(&mut oracle, [4.0, 3.0, 3.0], [cells, 1, 1], [2, 2, 2]);
     let wave_speed = oracle.material.wave_speed(oracle.material.density);
     let length = f64::from(cells) * CELL_WIDTH;
     let phase = |p: &Particle| PI * (p.position.x - 4.0 - f64::from(WALL_NODE)) / f64::from(cells);
@@ -176,16 +176,16 @@ fn self_weight_errors(cells: u32) -> (f64, f64) {
     let dt = 0.4 * CELL_WIDTH / wave_speed;
     oracle.run(&FramePlan {
         dt,
-        steps: (25.0 * length / wave_speed / dt) as u32,
+        steps: (15.0 * length / wave_speed / dt) as u32,
         gravity: DVec3::new(0.0, -gravity, 0.0),
         validation: Validation { damping: 0.7 * PI * wave_speed / length },
         ..plan(&oracle, 1.0, 1)
     });
     let stretch = |at: f64| {
         let load = material.density * gravity * (length - at);
-        (0..50).fold(1.0f64, |l, _| l - (modulus * l.ln() / l + load) / (modulus * (1.0 - l.ln()) / (l * l)))
+        (0..8).fold(1.0f64, |l, _| l - (modulus * l.ln() / l + load) / (modulus * (1.0 - l.ln()) / (l * l)))
     };
-    let displacement = |at: f64| (0..1000).map(|i| stretch(at * (f64::from(i) + 0.5) / 1000.0) - 1.0).sum::<f64>() * at / 1000.0;
+    let displacement = |at: f64| (0..100).map(|i| stretch(at * (f64::from(i) + 0.5) / 100.0) - 1.0).sum::<f64>() * at / 100.0;
     let (mut u, mut s) = ([0.0; 2], [0.0; 2]);
     for (particle, at) in oracle.particles.iter().zip(start) {
         let moved = (particle.position.y - f64::from(WALL_NODE)) * CELL_WIDTH - at;
@@ -248,9 +248,10 @@ fn momentum_balances_with_walls_and_every_tool() {
         let mut oracle = empty([8.0, 12.0, 8.0], walls, ClayMaterial { softening: 0.5, ..Preset::SoftClay.material() });
         fill(&mut oracle, [0.0; 3], [5, 5, 5], [2, 2, 2]);
         oracle.particles.iter_mut().for_each(|p| p.velocity = DVec3::new(0.02, -0.1, 0.03));
-        let plan = plan(&oracle, 0.7, 60);
+        let plan = plan(&oracle, 0.7, 40);
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, 0.2);
         let path = moving(7, shape, contact, turn, [2.6, 6.2, 2.4], [2.5, 3.1, 2.7], plan.duration());
+        let duration = plan.duration();
         let validation = Validation { damping: 20.0 };
         let gravity = DVec3::new(1.0, -9.81, 0.5);
         let report = oracle.run(&FramePlan { tools: vec![path], gravity, validation, density_scale: 4.0, ..plan });
@@ -259,10 +260,8 @@ fn momentum_balances_with_walls_and_every_tool() {
         let tool = report.tools[0];
         assert!(tool.impulse.length() > 1e-3 * report.impulse_scale && tool.contacts > 0, "{shape:?} {contact:?}: {tool:?}");
         assert!(report.wall_impulse.y > 0.0 && report.health.is_ok(), "{:?} {}", report.wall_impulse, report.health);
-        assert!(
-            (report.gravity_impulse.length() / (gravity.length() * report.particle_mass / 4.0 * report.dt * 60.0) - 1.0).abs()
-                < 1e-12
-        );
+        let weight = gravity * (report.particle_mass / 4.0);
+        assert!((report.gravity_impulse - weight * duration).length() < 1e-12 * report.gravity_impulse.length());
     }
 }
 
