@@ -130,3 +130,25 @@ fn contact_velocity(contact: Contact, velocity: DVec3, surface: DVec3, normal: D
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a floor moving along x: stick moves with it, slip keeps the tangent, separate lets go or takes Coulomb's share of it.
+    #[test]
+    fn contact_velocity_follows_its_kind() {
+        let (surface, normal) = (DVec3::new(1.0, 0.0, 0.0), DVec3::Y);
+        let after = |contact, velocity| contact_velocity(contact, velocity, surface, normal);
+        let pressed = DVec3::new(3.0, -1.0, 0.0);
+        let leaving = DVec3::new(3.0, 1.0, 0.0);
+        let separate = |friction| Contact::Separate { friction };
+        assert_eq!(after(Contact::Stick, pressed), surface);
+        assert_eq!(after(Contact::Slip, pressed), DVec3::new(3.0, 0.0, 0.0));
+        assert_eq!(after(Contact::Slip, leaving), DVec3::new(3.0, 0.0, 0.0));
+        assert_eq!(after(separate(0.3), leaving), leaving);
+        assert_eq!(after(separate(0.5), pressed), DVec3::new(2.5, 0.0, 0.0));
+        assert_eq!(after(separate(3.0), pressed), surface);
+        assert_eq!(after(separate(0.3), DVec3::new(1.0, -1.0, 0.0)), surface);
+    }
+}

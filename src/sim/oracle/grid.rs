@@ -25,10 +25,12 @@ impl std::ops::AddAssign for Sum {
 pub(super) struct Field {
     /// What the particles brought.
     pub(super) own: Sum,
-    /// What moves: `own` with gravity, and with what walls folded onto or away from this node.
+    /// What moves: `own` with what walls folded onto this node or away from it.
     pub(super) folded: Sum,
     /// Velocity [m/s].
     pub(super) velocity: DVec3,
+    /// Velocity [m/s] that validation damping took.
+    pub(super) damped: DVec3,
     /// Impulse of tools and of the other side on this field [N s].
     pub(super) contact_impulse: DVec3,
     /// Part of a column that a wall folded.
@@ -103,7 +105,7 @@ impl Node {
     }
 }
 
-/// The nodes about the clay: a dense box, one node wider than the stencils so that every node in use has neighbours.
+/// The nodes that the clay touches: the dense box of all stencils. Nodes beyond it are empty.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     low: IVec3,
@@ -115,8 +117,8 @@ pub(super) struct Grid {
 impl Grid {
     /// Empty nodes about the particles at `positions` [cells].
     pub(super) fn about(positions: impl Iterator<Item = DVec3> + Clone) -> Self {
-        let low = positions.clone().map(stencil::base).reduce(IVec3::min).unwrap_or(IVec3::ZERO) - 1;
-        let high = positions.map(stencil::base).reduce(IVec3::max).unwrap_or(IVec3::ZERO) + 3;
+        let low = positions.clone().map(stencil::base).reduce(IVec3::min).unwrap_or(IVec3::ZERO);
+        let high = positions.map(stencil::base).reduce(IVec3::max).unwrap_or(IVec3::ZERO) + 2;
         let size = high - low + 1;
         let count = size.to_array().map(|n| n.unsigned_abs() as usize).iter().product();
         Self { low, size, nodes: vec![Node::default(); count] }

@@ -45,6 +45,7 @@ impl Spectrum {
                 rotation.col_mut(j)[i] = sine;
                 rotation.col_mut(i)[j] = -sine;
                 a = rotation.transpose() * a * rotation;
+                (a.col_mut(i)[j], a.col_mut(j)[i]) = (0.0, 0.0);
                 axes *= rotation;
             }
         }

@@ -35,13 +35,12 @@ fn momentum(particles: &[Particle], plan: &FramePlan) -> DVec3 {
 /// Adds what one substep's nodes tell.
 pub(super) fn add_grid(frame: &mut FrameReport, grid: &Grid, around: &Surroundings) {
     let gravity = around.gravity_step();
-    let damped = around.damping_factor() - 1.0;
     let per_substep = around.plan.dt / around.domain.cell_width;
     frame.grid_mass = 0.0;
     for field in grid.nodes.iter().flat_map(|node| &node.fields) {
         let own = field.own;
         let weight = own.mass * gravity;
-        let damping = damped * (own.momentum + weight);
+        let damping = own.mass * field.damped;
         frame.grid_mass += own.mass;
         frame.gravity_impulse += weight;
         frame.damping_impulse += damping;

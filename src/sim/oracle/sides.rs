@@ -51,9 +51,8 @@ fn reflected(node: IVec3, domain: &Domain) -> IVec3 {
     IVec3::select(below.cmpeq(high + 1), high - 1, below)
 }
 
-/// Sums the classes into the fields in which they move, and lets gravity act: `p += m g h rho / rho_s`.
-pub(super) fn sum_fields(grid: &mut Grid, around: &Surroundings) {
-    let gravity = around.gravity_step();
+/// Sums the classes into the fields in which they move.
+pub(super) fn sum_fields(grid: &mut Grid) {
     for node in &mut grid.nodes {
         node.fields = [Field::default(); 2];
         for side in [Side::None, Side::Front, Side::Back] {
@@ -61,7 +60,6 @@ pub(super) fn sum_fields(grid: &mut Grid, around: &Surroundings) {
         }
         for field in &mut node.fields {
             field.folded = field.own;
-            field.folded.momentum += field.own.mass * gravity;
         }
     }
 }

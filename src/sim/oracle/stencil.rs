@@ -19,14 +19,15 @@ pub(super) fn base(position: DVec3) -> IVec3 {
 }
 
 /// The 27 nodes `b .. b + 2` about `position` [cells]: `sum w = 1`, `sum w arm = 0`, `sum w arm arm^T = I / 4`.
-pub(super) fn stencil(position: DVec3) -> impl Iterator<Item = Touch> {
+pub(super) fn stencil(position: DVec3) -> [Touch; 27] {
     let base = base(position);
     let f = position - base.as_dvec3();
     let weights = [0.5 * (1.5 - f) * (1.5 - f), 0.75 - (f - 1.0) * (f - 1.0), 0.5 * (f - 0.5) * (f - 0.5)];
-    let offsets = (0..3).flat_map(|x| (0..3).flat_map(move |y| (0..3).map(move |z| [x, y, z])));
-    offsets.map(move |[x, y, z]: [u8; 3]| {
-        let weight = weights[usize::from(x)].x * weights[usize::from(y)].y * weights[usize::from(z)].z;
-        let offset = IVec3::new(x.into(), y.into(), z.into());
+    let offsets = [IVec3::ZERO, IVec3::ONE, IVec3::ONE * 2];
+    std::array::from_fn(|i| {
+        let (x, y, z) = (i / 9, i / 3 % 3, i % 3);
+        let offset = IVec3::new(offsets[x].x, offsets[y].y, offsets[z].z);
+        let weight = weights[x].x * weights[y].y * weights[z].z;
         Touch { node: base + offset, weight, arm: offset.as_dvec3() - f }
     })
 }
