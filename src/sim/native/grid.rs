@@ -60,6 +60,8 @@ pub(super) struct GridReport {
     /// Greatest node speed, NaN if any is not finite.
     pub speed_max: f32,
     pub wall_impulse: DVec3,
+    /// Momentum taken by validation damping.
+    pub damping_impulse: DVec3,
     pub impulse_scale: f64,
     /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
     pub tools: Vec<(DVec3, DVec3, u64)>,
@@ -72,6 +74,7 @@ impl GridReport {
             self.speed_max = other.speed_max;
         }
         self.wall_impulse += other.wall_impulse;
+        self.damping_impulse += other.damping_impulse;
         self.impulse_scale += other.impulse_scale;
         for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
             *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
@@ -96,9 +99,10 @@ impl Grid {
                 if side_slot[i] != 0 {
                     GridReport::default()
                 } else if meeting.concerns(block) {
-                    special::update(nodes, None, block, step, meeting, &|_| DVec3::ZERO)
+                    special::update(nodes, None, block, step, meeting, &|_| [DVec3::ZERO; 2])
                 } else {
-                    GridReport { speed_max: update_plain(nodes, step), ..GridReport::default() }
+                    let damping_impulse = damping_impulse(nodes, step);
+                    GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
                 }
             })
             .collect();
@@ -147,23 +151,22 @@ impl Grid {
             }
         });
         let (side_slot, side_mass) = (&self.side_slot, &self.side_mass);
-        let difference = |node: IVec3| {
+        let mass = |node: IVec3, side: usize| {
             let block = node.div_euclid(IVec3::splat(4));
             let slot = state.table.slot(block).and_then(|s| side_slot[s].checked_sub(1));
             let at = node - block * 4;
-            slot.map_or(0.0, |s| {
-                let k = local(at.x, at.y, at.z);
-                f64::from(side_mass[s as usize][0][k]) - f64::from(side_mass[s as usize][1][k])
-            })
+            slot.map_or(0.0, |s| f64::from(side_mass[s as usize][side][local(at.x, at.y, at.z)]))
         };
-        let gradient = |node: IVec3| DVec3::from_array(IVec3::AXES.map(|a| difference(node + a) - difference(node - a)));
+        let gradients = |node: IVec3| {
+            [0, 1].map(|side| 0.5 * DVec3::from_array(IVec3::AXES.map(|a| mass(node + a, side) - mass(node - a, side))))
+        };
         let mut nodes: Vec<&mut Nodes> =
             self.nodes.iter_mut().enumerate().filter(|(i, _)| side_slot[*i] != 0).map(|(_, n)| n).collect();
         nodes
             .par_iter_mut()
             .zip(&mut self.sides)
             .zip(&cut)
-            .map(|((nodes, sides), i)| special::update(nodes, Some(sides), state.blocks[*i], step, meeting, &gradient))
+            .map(|((nodes, sides), i)| special::update(nodes, Some(sides), state.blocks[*i], step, meeting, &gradients))
             .collect()
     }
 }
@@ -193,6 +196,15 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
             }
         }
     }
+}
+
+/// What validation damping takes from the block's sums.
+fn damping_impulse(nodes: &Nodes, step: &GridStep) -> DVec3 {
+    if step.damping == 1.0 {
+        return DVec3::ZERO;
+    }
+    let free = |q: [f64; 4]| DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity;
+    nodes.iter().map(|n| free(n.0.map(f64::from)) * (step.damping - 1.0)).sum()
 }
 
 /// Momentum -> velocity where nothing but gravity acts. Returns the greatest speed, NaN if any is not finite.

@@ -33,9 +33,9 @@ impl ParticleStep<'_> {
     #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
     fn softened(&self, x: [f64; 3]) -> f32 {
         let x = DVec3::from_array(x);
-        let distance = self.tools.iter().map(|t| t.shape.distance(t.motion.end.to_local(x))).fold(f64::INFINITY, f64::min);
+        let distance = self.tools.iter().map(|t| t.shape.distance(t.motion.end.to_local(x)).abs()).fold(f64::INFINITY, f64::min);
         let dx = self.domain.cell_width;
-        let ratio = self.material.yield_stress_at(distance.max(0.0) * dx, dx) / self.material.yield_stress;
+        let ratio = self.material.yield_stress_at(distance * dx, dx) / self.material.yield_stress;
         (f64::from(self.step.yield_norm) * ratio) as f32
     }
 

@@ -59,6 +59,7 @@ struct Tally {
 impl Tally {
     fn add_grid(&mut self, report: &GridReport) {
         self.grid.wall_impulse += report.wall_impulse;
+        self.grid.damping_impulse += report.damping_impulse;
         self.grid.impulse_scale += report.impulse_scale;
         self.grid.tools.resize(report.tools.len(), Default::default());
         for (sum, t) in self.grid.tools.iter_mut().zip(&report.tools) {
@@ -274,6 +275,7 @@ impl Solver {
         report.grid_mass = if steps > 0 { self.grid.mass() * node_mass } else { report.particle_mass };
         report.gravity_impulse = plan.gravity * plan.material.density * self.stats.volume * dt * f64::from(steps);
         report.wall_impulse = tally.grid.wall_impulse * unit;
+        report.damping_impulse = tally.grid.damping_impulse * unit;
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;

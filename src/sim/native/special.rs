@@ -24,15 +24,6 @@ impl Meeting<'_> {
     }
 }
 
-/// A column of nodes across a wall while the wall acts on it.
-struct Fold {
-    axis: usize,
-    ghost: usize,
-    wall: usize,
-    mirror: usize,
-    kind: Wall,
-}
-
 /// Mass and momentum.
 #[derive(Clone, Copy, Default)]
 struct Sum {
@@ -46,233 +37,42 @@ impl Sum {
     }
 }
 
+/// The classes of particles, as indices.
 const UNTAGGED: usize = 0;
 const FRONT: usize = 1;
 const BACK: usize = 2;
 
-/// The sums of the three classes at the 64 nodes, gravity's impulse included: as scattered, and folded. The image of a particle in a wall
-/// falls the other way, so gravity folds with the rest.
-struct Block {
-    raw: [[Sum; 3]; 64],
-    folded: [[Sum; 3]; 64],
-    velocity: [[DVec3; 3]; 64],
-    /// Impulse of the tools on the clay at each node.
-    pushed: [DVec3; 64],
-    report: GridReport,
+/// The fields of a node, as indices: untagged clay and the owner's class, and the other class.
+const MAIN: usize = 0;
+const OTHER: usize = 1;
+
+/// Whether and how a node has two fields.
+#[derive(Clone, Copy, Default)]
+struct Division {
+    /// The class that moves with untagged clay; none at a whole node, where all classes move together.
+    owner: Option<usize>,
+    /// The blade in whose band the node stands: its index and the signed distance [cells].
+    blade: Option<(usize, f64)>,
 }
 
-/// Updates `nodes` (untagged, or all clay) and `sides` (front and back) from sums to velocities; masses stay as they were summed.
-/// `gradient` is that of front minus back mass.
-pub(super) fn update(
-    nodes: &mut Nodes,
-    sides: Option<&mut [Nodes; 2]>,
-    block: IVec3,
-    step: &GridStep,
-    meeting: &Meeting<'_>,
-    gradient: &dyn Fn(IVec3) -> DVec3,
-) -> GridReport {
-    let mut b = Block::load(nodes, sides.as_deref(), step);
-    b.report.tools = vec![Default::default(); meeting.tools.len()];
-    let folds = b.fold(block, meeting.domain);
-    let mut is_ghost = [false; 64];
-    folds.iter().for_each(|f| is_ghost[f.ghost] = true);
-    for k in (0..64).filter(|k| !is_ghost[*k]) {
-        let node = block * BLOCK + IVec3::new(k as i32 / 16, k as i32 / 4 % 4, k as i32 % 4);
-        b.node(k, node, step, meeting, gradient);
+impl Division {
+    fn field_of(&self, class: usize) -> usize {
+        if self.owner.is_some_and(|owner| class != UNTAGGED && class != owner) { OTHER } else { MAIN }
     }
-    b.walls(&folds, step);
-    b.store(nodes, sides);
-    b.report
 }
 
-impl Block {
-    fn load(nodes: &Nodes, sides: Option<&[Nodes; 2]>, step: &GridStep) -> Self {
-        let sum = |n: &Nodes, k: usize| {
-            let q = n[k].0.map(f64::from);
-            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity }
-        };
-        let raw = std::array::from_fn(|k| {
-            let side = |s: usize| sides.map_or(Sum::default(), |sides| sum(&sides[s], k));
-            [sum(nodes, k), side(0), side(1)]
-        });
-        Self { raw, folded: raw, velocity: [[DVec3::ZERO; 3]; 64], pushed: [DVec3::ZERO; 64], report: GridReport::default() }
-    }
-
-    /// Folds ghost nodes onto their mirrors, axis by axis; returns the columns that a wall acts on.
-    fn fold(&mut self, block: IVec3, domain: &Domain) -> Vec<Fold> {
-        let mut folds = vec![];
-        let (low, high) = domain.wall_nodes();
-        for axis in 0..3 {
-            for (wall, kind, inward) in [(low[axis], domain.walls.low[axis], 1), (high[axis], domain.walls.high[axis], -1)] {
-                if wall / BLOCK != block[axis] {
-                    continue;
-                }
-                for column in 0..16 {
-                    let at = |w: i32| {
-                        let mut c = [column / 4, column % 4, 0];
-                        c.rotate_right((axis + 1) % 3);
-                        c[axis] = w;
-                        local(c[0], c[1], c[2])
-                    };
-                    let w = wall % BLOCK;
-                    let fold = Fold { axis, ghost: at(w - inward), wall: at(w), mirror: at(w + inward), kind };
-                    if self.fold_column(&fold, f64::from(inward)) {
-                        folds.push(fold);
-                    }
-                }
-            }
-        }
-        folds
-    }
-
-    /// Folds one column unless its wall is a separating one that would have to pull.
-    fn fold_column(&mut self, f: &Fold, inward: f64) -> bool {
-        let total = |k: usize| self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
-        if f.kind == Wall::Separate {
-            let normal = |s: Sum| s.momentum[f.axis] * inward;
-            let (plus, zero, minus) = (total(f.mirror), total(f.wall), total(f.ghost));
-            let (p, o, m) = (normal(plus), normal(zero), normal(minus));
-            let mass = plus.mass + minus.mass;
-            let folded = if mass > 0.0 { (plus.mass - minus.mass) / mass * (p - m) } else { 0.0 };
-            if folded - (p + o + m) <= 0.0 {
-                return false;
-            }
-        }
-        for class in 0..3 {
-            let ghost = std::mem::take(&mut self.folded[f.ghost][class]);
-            let mirror = &mut self.folded[f.mirror][class];
-            *mirror = mirror.plus(Sum { momentum: f.reflect(ghost.momentum), ..ghost });
-        }
-        true
-    }
-
-    /// One node: sides, velocity, two sides, solid tools.
-    fn node(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>, gradient: &dyn Fn(IVec3) -> DVec3) {
-        let world = node.as_dvec3();
-        let [u, f, b] = self.folded[k];
-        let total = u.mass + f.mass + b.mass;
-        // A NaN mass goes on: it must show in the speed.
-        if total == 0.0 && (u.momentum + f.momentum + b.momentum) == DVec3::ZERO {
-            return;
-        }
-        let blade = meeting.tools.iter().position(|t| t.blade.is_some_and(|b| b.distance_within_band(world).is_some()));
-        let distance = blade.and_then(|i| meeting.tools[i].blade?.distance_within_band(world));
-        let owner = match distance {
-            Some(d) if d >= 0.0 => Some(FRONT),
-            Some(_) => Some(BACK),
-            None if f.mass + b.mass > 0.5 * total => Some(if f.mass >= b.mass { FRONT } else { BACK }),
-            None => None,
-        };
-        let raw = self.raw[k].map(|c| c.mass);
-        let Some(owner) = owner else {
-            let mut v = velocity(u.plus(f).plus(b), step);
-            self.touch(k, world, meeting, raw.iter().sum(), &mut v);
-            self.velocity[k] = [v; 3];
-            return;
-        };
-        let mut field = [Sum::default(), f, b];
-        field[owner] = field[owner].plus(u);
-        let mut field_raw = raw;
-        field_raw[owner] += raw[UNTAGGED];
-        let mut v = field.map(|f| velocity(f, step));
-        match (blade, distance) {
-            (Some(tool), Some(d)) => self.bound_by_blade(k, (tool, &meeting.tools[tool]), world, d, &field_raw, &mut v),
-            _ => exchange(&field, &mut v, gradient(node)),
-        }
-        for side in [FRONT, BACK] {
-            self.touch(k, world, meeting, field_raw[side], &mut v[side]);
-        }
-        v[UNTAGGED] = v[owner];
-        self.velocity[k] = v;
-    }
-
-    /// Each side's field is bounded by the blade at the nodes it reaches beyond it.
-    fn bound_by_blade(
-        &mut self,
-        k: usize,
-        (index, tool): (usize, &ToolNow),
-        world: DVec3,
-        distance: f64,
-        mass: &[f64; 3],
-        v: &mut [DVec3; 3],
-    ) {
-        let normal = tool.motion.end.rotation * DVec3::Z;
-        for (side, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
-            if mass[side] > 0.0 && distance * sign <= CONTACT_OFFSET {
-                let after = tool.apply(v[side], world, normal * sign);
-                self.push(k, index, tool, world, mass[side] * (after - v[side]));
-                v[side] = after;
-            }
-        }
-    }
-
-    /// Solid tools, in order.
-    fn touch(&mut self, k: usize, world: DVec3, meeting: &Meeting<'_>, mass: f64, v: &mut DVec3) {
-        for (index, tool) in meeting.tools.iter().enumerate() {
-            if let Some(normal) = tool.touch(world)
-                && mass > 0.0
-            {
-                let after = tool.apply(*v, world, normal);
-                self.push(k, index, tool, world, mass * (after - *v));
-                *v = after;
-            }
-        }
-    }
-
-    /// Books an impulse of a tool on the clay.
-    fn push(&mut self, k: usize, index: usize, tool: &ToolNow, world: DVec3, impulse: DVec3) {
-        self.pushed[k] += impulse;
-        self.report.impulse_scale += impulse.length();
-        let sum = &mut self.report.tools[index];
-        sum.0 -= impulse;
-        sum.1 -= (world - tool.motion.end.position).cross(impulse);
-        sum.2 += 1;
-    }
-
-    /// Wall nodes stand still across the wall, ghosts mirror; books the walls' impulse.
-    fn walls(&mut self, folds: &[Fold], step: &GridStep) {
-        for f in folds {
-            for v in &mut self.velocity[f.wall] {
-                if f.kind == Wall::Stick { *v = DVec3::ZERO } else { v[f.axis] = 0.0 }
-            }
-        }
-        for f in folds.iter().rev() {
-            self.velocity[f.ghost] = self.velocity[f.mirror].map(|v| f.reflect(v));
-        }
-        let mut is_at_wall = [false; 64];
-        folds.iter().for_each(|f| [f.ghost, f.wall, f.mirror].into_iter().for_each(|k| is_at_wall[k] = true));
-        for k in (0..64).filter(|k| is_at_wall[*k]) {
-            let mut impulse = -self.pushed[k];
-            for (class, v) in self.raw[k].iter().zip(self.velocity[k]) {
-                impulse += class.mass * v - step.damping * class.momentum;
-            }
-            self.report.wall_impulse += impulse;
-            self.report.impulse_scale += impulse.length();
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
-    fn store(&mut self, nodes: &mut Nodes, mut sides: Option<&mut [Nodes; 2]>) {
-        let mut greatest = 0.0f64;
-        let mut all = 0.0;
-        for (k, v) in self.velocity.iter().enumerate() {
-            let set = |node: &mut super::simd::Node, v: DVec3| node.0[..3].copy_from_slice(&v.as_vec3().to_array());
-            set(&mut nodes[k], v[UNTAGGED]);
-            if let Some(sides) = sides.as_deref_mut() {
-                set(&mut sides[0][k], v[FRONT]);
-                set(&mut sides[1][k], v[BACK]);
-            }
-            for v in v {
-                greatest = greatest.max(v.length_squared());
-                all += v.length_squared();
-            }
-        }
-        self.report.speed_max = if all.is_finite() { greatest.sqrt() as f32 } else { f32::NAN };
-    }
+/// A column of nodes across a wall while the wall acts on one of its fields.
+struct Fold {
+    axis: usize,
+    ghost: usize,
+    wall: usize,
+    mirror: usize,
+    kind: Wall,
+    field: usize,
 }
 
 impl Fold {
-    /// Reverses the folded components.
+    /// Reverses the components that the image of clay in this wall has reversed.
     fn reflect(&self, mut v: DVec3) -> DVec3 {
         if self.kind == Wall::Stick {
             return -v;
@@ -282,24 +82,282 @@ impl Fold {
     }
 }
 
-fn velocity(sum: Sum, step: &GridStep) -> DVec3 {
-    // A NaN mass must show.
-    if sum.mass > 0.0 || sum.mass.is_nan() { sum.momentum / sum.mass * step.damping } else { DVec3::ZERO }
+/// The 64 nodes.
+struct Block {
+    class_mass: [[f64; 3]; 64],
+    division: [Division; 64],
+    /// What the particles brought, field by field.
+    own: [[Sum; 2]; 64],
+    /// The same with what walls folded onto or away from the node.
+    folded: [[Sum; 2]; 64],
+    velocity: [[DVec3; 2]; 64],
+    /// Impulse of tools and of the other side on each field.
+    pushed: [[DVec3; 2]; 64],
+    is_at_wall: [[bool; 2]; 64],
+    is_ghost: [[bool; 2]; 64],
+    report: GridReport,
 }
 
-/// The two sides of a kept cut exchange momentum while they approach; `gradient` points from back to front.
-fn exchange(field: &[Sum; 3], v: &mut [DVec3; 3], gradient: DVec3) {
-    let (f, b) = (field[FRONT].mass, field[BACK].mass);
-    let Some(n) = gradient.try_normalize().filter(|_| f > 0.0 && b > 0.0) else { return };
-    let relative = v[FRONT] - v[BACK];
-    let approach = relative.dot(n);
-    if approach >= 0.0 {
-        return;
+/// Updates `nodes` (untagged, or all clay) and `sides` (front and back) from sums to velocities; masses stay as they were summed.
+/// `gradients` are those of front and back mass at a node.
+pub(super) fn update(
+    nodes: &mut Nodes,
+    sides: Option<&mut [Nodes; 2]>,
+    block: IVec3,
+    step: &GridStep,
+    meeting: &Meeting<'_>,
+    gradients: &dyn Fn(IVec3) -> [DVec3; 2],
+) -> GridReport {
+    let columns = columns(block, meeting.domain);
+    let mut b = Block::load(nodes, sides.as_deref(), block, step, meeting, &columns);
+    let folds = b.fold(columns, step);
+    b.move_fields(step);
+    for k in 0..64 {
+        let node = block * BLOCK + offset(k);
+        b.meet(k, node, meeting, gradients);
     }
-    let reduced = f * b / (f + b);
-    let slide = relative - approach * n;
-    let stop = slide.length().min(-approach * CUT_FRICTION);
-    let impulse = reduced * (-approach * n - slide.normalize_or_zero() * stop);
-    v[FRONT] += impulse / f;
-    v[BACK] -= impulse / b;
+    b.unfold(&folds, step);
+    b.store(nodes, sides);
+    b.report
+}
+
+/// Position in the block of node `k`.
+fn offset(k: usize) -> IVec3 {
+    let k = k as i32;
+    IVec3::new(k / 16, k / 4 % 4, k % 4)
+}
+
+/// The columns of nodes across the walls that stand in the block, axis by axis, with the inward direction.
+fn columns(block: IVec3, domain: &Domain) -> Vec<(Fold, f64)> {
+    let mut columns = vec![];
+    let (low, high) = domain.wall_nodes();
+    for axis in 0..3 {
+        for (wall, kind, inward) in [(low[axis], domain.walls.low[axis], 1), (high[axis], domain.walls.high[axis], -1)] {
+            if wall / BLOCK != block[axis] {
+                continue;
+            }
+            for column in 0..16 {
+                let at = |w: i32| {
+                    let mut c = [column / 4, column % 4, 0];
+                    c.rotate_right((axis + 1) % 3);
+                    c[axis] = w;
+                    local(c[0], c[1], c[2])
+                };
+                let w = wall % BLOCK;
+                let fold = Fold { axis, ghost: at(w - inward), wall: at(w), mirror: at(w + inward), kind, field: MAIN };
+                columns.push((fold, f64::from(inward)));
+            }
+        }
+    }
+    columns
+}
+
+impl Block {
+    fn load(
+        nodes: &Nodes,
+        sides: Option<&[Nodes; 2]>,
+        block: IVec3,
+        step: &GridStep,
+        meeting: &Meeting<'_>,
+        columns: &[(Fold, f64)],
+    ) -> Self {
+        let class = |k: usize, class: usize| {
+            let q = match (class, sides) {
+                (UNTAGGED, _) => nodes[k].0,
+                (_, Some(sides)) => sides[class - 1][k].0,
+                (_, None) => return Sum::default(),
+            };
+            let q = q.map(f64::from);
+            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
+        };
+        let class_mass: [[f64; 3]; 64] = std::array::from_fn(|k| std::array::from_fn(|c| class(k, c).mass));
+        // A ghost is its mirror's image and divided as that is, so that folding never mixes two sides.
+        let mut image: [usize; 64] = std::array::from_fn(|k| k);
+        for (c, _) in columns {
+            image[c.ghost] = image[c.mirror];
+        }
+        let mut own = [[Sum::default(); 2]; 64];
+        let division = std::array::from_fn(|k| divide(block * BLOCK + offset(image[k]), &class_mass[image[k]], meeting));
+        for k in 0..64 {
+            for c in [UNTAGGED, FRONT, BACK] {
+                let field = &mut own[k][division[k].field_of(c)];
+                *field = field.plus(class(k, c));
+            }
+        }
+        let free = own.iter().flatten().fold(DVec3::ZERO, |p, f| p + f.momentum + f.mass * step.gravity);
+        let report = GridReport {
+            tools: vec![Default::default(); meeting.tools.len()],
+            damping_impulse: free * (step.damping - 1.0),
+            ..GridReport::default()
+        };
+        let (velocity, pushed) = ([[DVec3::ZERO; 2]; 64], [[DVec3::ZERO; 2]; 64]);
+        let (is_at_wall, is_ghost) = ([[false; 2]; 64], [[false; 2]; 64]);
+        Self { class_mass, division, own, folded: own, velocity, pushed, is_at_wall, is_ghost, report }
+    }
+
+    /// Folds ghost nodes onto their mirrors, axis by axis; returns the columns that a wall acts on.
+    fn fold(&mut self, columns: Vec<(Fold, f64)>, step: &GridStep) -> Vec<Fold> {
+        let mut folds = vec![];
+        for (column, inward) in columns {
+            for field in [MAIN, OTHER] {
+                let fold = Fold { field, ..column };
+                if fold.kind == Wall::Separate && self.reaction(&fold, inward, step) <= 0.0 {
+                    continue;
+                }
+                let ghost = std::mem::take(&mut self.folded[fold.ghost][field]);
+                let mirror = &mut self.folded[fold.mirror][field];
+                *mirror = mirror.plus(Sum { momentum: fold.reflect(ghost.momentum), ..ghost });
+                self.is_ghost[fold.ghost][field] = true;
+                [fold.ghost, fold.wall, fold.mirror].into_iter().for_each(|k| self.is_at_wall[k][field] = true);
+                folds.push(fold);
+            }
+        }
+        folds
+    }
+
+    /// Normal impulse of the wall on the clay if it folded this column.
+    fn reaction(&self, f: &Fold, inward: f64, step: &GridStep) -> f64 {
+        let part = |k: usize| {
+            let sum = self.folded[k][f.field];
+            (sum.mass, sum.momentum[f.axis] * inward)
+        };
+        let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (part(f.ghost), part(f.wall), part(f.mirror));
+        let gravity = step.gravity[f.axis] * inward;
+        let mass = m_mirror + m_ghost;
+        let velocity = if mass > 0.0 { (mirror - ghost) / mass + gravity } else { 0.0 };
+        (m_mirror - m_ghost) * velocity - (mirror + wall + ghost) - (mass + m_wall) * gravity
+    }
+
+    fn move_fields(&mut self, step: &GridStep) {
+        for (velocity, folded) in self.velocity.iter_mut().flatten().zip(self.folded.iter().flatten()) {
+            // A NaN mass must show.
+            if folded.mass > 0.0 || folded.mass.is_nan() {
+                *velocity = (folded.momentum / folded.mass + step.gravity) * step.damping;
+            }
+        }
+    }
+
+    /// Whether contact acts on a field: there is clay, and it is not the image of clay elsewhere.
+    fn takes_contact(&self, k: usize, field: usize) -> bool {
+        self.folded[k][field].mass > 0.0 && !self.is_ghost[k][field]
+    }
+
+    /// One node: the two sides, then the solid tools in order.
+    fn meet(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>, gradients: &dyn Fn(IVec3) -> [DVec3; 2]) {
+        let world = node.as_dvec3();
+        let division = self.division[k];
+        match (division.owner, division.blade) {
+            (Some(_), Some((index, distance))) => {
+                let tool = &meeting.tools[index];
+                let normal = tool.motion.end.rotation * DVec3::Z;
+                // Each side is bounded by the blade where it reaches beyond it.
+                for (class, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
+                    if distance * sign <= CONTACT_OFFSET {
+                        self.touch(k, division.field_of(class), (index, tool), world, normal * sign);
+                    }
+                }
+            }
+            (Some(_), None) => self.exchange(k, gradients(node)),
+            _ => {}
+        }
+        for (index, tool) in meeting.tools.iter().enumerate() {
+            if let Some(normal) = tool.touch(world) {
+                for field in [MAIN, OTHER] {
+                    self.touch(k, field, (index, tool), world, normal);
+                }
+            }
+        }
+    }
+
+    /// A tool's contact on one field; the tool feels the opposite impulse.
+    fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3) {
+        if !self.takes_contact(k, field) {
+            return;
+        }
+        let before = self.velocity[k][field];
+        let after = tool.apply(before, world, normal);
+        let impulse = self.own[k][field].mass * (after - before);
+        self.velocity[k][field] = after;
+        self.pushed[k][field] += impulse;
+        self.report.impulse_scale += impulse.length();
+        let sum = &mut self.report.tools[index];
+        sum.0 -= impulse;
+        sum.1 -= (world - tool.motion.end.position).cross(impulse);
+        sum.2 += u64::from(after != before);
+    }
+
+    /// The two sides of a kept cut exchange momentum while they approach. The normal, from back to front, is the gradient of the front's share of
+    /// the mass, `m_B grad m_F - m_F grad m_B` up to scale: where both thin out alike, at a free surface or the rim of the tagged
+    /// layer, it stays the cut's.
+    fn exchange(&mut self, k: usize, [front_gradient, back_gradient]: [DVec3; 2]) {
+        let [_, m_front, m_back] = self.class_mass[k];
+        let total = m_front + m_back;
+        let normal = ((m_back / total) * front_gradient - (m_front / total) * back_gradient).try_normalize();
+        let (f, b) = (self.division[k].field_of(FRONT), self.division[k].field_of(BACK));
+        let (Some(n), true) = (normal, self.takes_contact(k, f) && self.takes_contact(k, b)) else { return };
+        let relative = self.velocity[k][f] - self.velocity[k][b];
+        let approach = relative.dot(n);
+        if approach >= 0.0 {
+            return;
+        }
+        let (m_f, m_b) = (self.folded[k][f].mass, self.folded[k][b].mass);
+        let slide = relative - approach * n;
+        let stop = slide.length().min(-approach * CUT_FRICTION);
+        let impulse = m_f * m_b / (m_f + m_b) * (-approach * n - slide.normalize_or_zero() * stop);
+        for (field, impulse, mass) in [(f, impulse, m_f), (b, -impulse, m_b)] {
+            self.velocity[k][field] += impulse / mass;
+            self.pushed[k][field] += impulse;
+        }
+    }
+
+    /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; books the walls' impulse.
+    fn unfold(&mut self, folds: &[Fold], step: &GridStep) {
+        for f in folds.iter().rev() {
+            self.velocity[f.ghost][f.field] = f.reflect(self.velocity[f.mirror][f.field]);
+            let at_wall = &mut self.velocity[f.wall][f.field];
+            *at_wall = 0.5 * (*at_wall + f.reflect(*at_wall));
+        }
+        for k in 0..64 {
+            for field in [MAIN, OTHER] {
+                if self.is_at_wall[k][field] {
+                    let own = self.own[k][field];
+                    let free = step.damping * (own.momentum + own.mass * step.gravity);
+                    let impulse = own.mass * self.velocity[k][field] - free - self.pushed[k][field];
+                    self.report.wall_impulse += impulse;
+                    self.report.impulse_scale += impulse.length();
+                }
+            }
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
+    fn store(&mut self, nodes: &mut Nodes, mut sides: Option<&mut [Nodes; 2]>) {
+        let (mut greatest, mut all) = (0.0f64, 0.0);
+        for k in 0..64 {
+            let velocity = |class: usize| self.velocity[k][self.division[k].field_of(class)];
+            let set = |node: &mut super::simd::Node, v: DVec3| node.0[..3].copy_from_slice(&v.as_vec3().to_array());
+            set(&mut nodes[k], velocity(UNTAGGED));
+            if let Some(sides) = sides.as_deref_mut() {
+                set(&mut sides[0][k], velocity(FRONT));
+                set(&mut sides[1][k], velocity(BACK));
+            }
+            for v in self.velocity[k] {
+                greatest = greatest.max(v.length_squared());
+                all += v.length_squared();
+            }
+        }
+        self.report.speed_max = if all.is_finite() { greatest.sqrt() as f32 } else { f32::NAN };
+    }
+}
+
+/// Whether the node at `node` is split: by the first blade in whose band it stands, else where most of its mass is tagged.
+fn divide(node: IVec3, &[untagged, front, back]: &[f64; 3], meeting: &Meeting<'_>) -> Division {
+    let world = node.as_dvec3();
+    let blade = meeting.tools.iter().enumerate().find_map(|(i, t)| Some((i, t.blade?.distance_within_band(world)?)));
+    let owner = match blade {
+        Some((_, distance)) => Some(if distance < 0.0 { BACK } else { FRONT }),
+        None if front + back > 0.5 * (untagged + front + back) => Some(if front >= back { FRONT } else { BACK }),
+        None => None,
+    };
+    Division { owner, blade }
 }

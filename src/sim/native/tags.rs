@@ -37,8 +37,8 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
                 c.tags[0] = Tag { sheet: tool.sheet, side };
                 sum.0 += 1;
             }
-            let side = f64::from(c.tags[0].side);
-            if near.is_near && near.distance * side < 0.0 {
+            if c.tags[0].sheet == tool.sheet && near.is_behind(c.tags[0].side) {
+                let side = f64::from(c.tags[0].side);
                 x += blade.normal() * (side * SET_BACK - near.distance);
                 sum.1 += 1;
                 sum.2 = sum.2.max(near.distance.abs());

@@ -5,10 +5,8 @@
 
 use super::super::engine::FrameReport;
 use super::super::snapshot::Tag;
-use super::super::tool::Blade;
 use super::Particle;
 use super::tools::Surroundings;
-use glam::DVec3;
 
 /// Where a particle is put back: this far from the blade's plane, on its own side [cells].
 const PUT_BACK_DISTANCE: f64 = 1e-3;
@@ -17,34 +15,21 @@ const PUT_BACK_DISTANCE: f64 = 1e-3;
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
     for (tool, seen) in around.tools.iter().zip(&mut frame.tools) {
         let Some(blade) = tool.blade else { continue };
-        let sheet = tool.path.id.to_le_bytes()[0];
+        let sheet = tool.path.sheet();
         for particle in particles.iter_mut() {
-            let world = around.domain.to_world(particle.position);
-            let near = blade.near(world);
-            let is_swept = is_swept(&blade, world);
-            let has_side = particle.tags[0].side != 0;
-            let taken = near.takes(has_side).or((is_swept && !has_side).then_some(near.side_before));
-            if let Some(side) = taken {
+            let near = blade.near(around.domain.to_world(particle.position));
+            if let Some(side) = near.takes(particle.tags[0].side != 0) {
                 particle.tags[0] = Tag { sheet, side };
                 seen.tagged += 1;
             }
-            let Tag { sheet: own_sheet, side } = particle.tags[0];
-            let distance = near.distance / around.domain.cell_width;
-            let side = f64::from(side);
-            if own_sheet == sheet && (near.is_near || is_swept) && distance * side < 0.0 {
-                particle.position = around.in_room(particle.position + blade.normal() * (side * PUT_BACK_DISTANCE - distance));
+            let tag = particle.tags[0];
+            if tag.sheet == sheet && near.is_behind(tag.side) {
+                let distance = near.distance / around.domain.cell_width;
+                let put_back = f64::from(tag.side) * PUT_BACK_DISTANCE - distance;
+                particle.position = around.in_room(particle.position + blade.normal() * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());
             }
         }
     }
-}
-
-/// Whether the blade's rectangle passed over the point `world` [m] in the substep, however far beyond it ends.
-fn is_swept(blade: &Blade, world: DVec3) -> bool {
-    let before = blade.motion.start.to_local(world);
-    let after = blade.motion.end.to_local(world);
-    // Local coordinates are linear in time up to the substep's small turn.
-    let foot = before.lerp(after, before.z / (before.z - after.z));
-    (before.z < 0.0) != (after.z < 0.0) && foot.x.abs() <= blade.half_width && foot.y.abs() <= blade.half_height
 }

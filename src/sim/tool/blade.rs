@@ -30,16 +30,26 @@ pub struct Near {
     pub distance: f64,
     /// Whether the point is within the band there, its foot inside the rectangle.
     pub is_near: bool,
-    /// Whether the point came near anew or was swept over.
+    /// Whether the blade's rectangle passed over the point in the substep, however far beyond it ends.
+    pub is_swept: bool,
+    /// Whether the point came near anew or was swept over from outside the band.
     pub is_new: bool,
     /// The side of the blade's plane (+1 or -1) at the substep's start.
     pub side_before: i8,
 }
 
 impl Near {
+    /// Whether a point of `side` has to be put back onto the blade's surface: it is at the blade and on its wrong side.
+    #[must_use]
+    pub fn is_behind(&self, side: i8) -> bool {
+        (self.is_near || self.is_swept) && self.distance * f64::from(side) < 0.0
+    }
+
     /// The side to take now, if any, for a point that has a side already or not.
+    #[must_use]
     pub fn takes(&self, has_side: bool) -> Option<i8> {
-        (self.is_new || (self.is_near && !has_side)).then_some(self.side_before)
+        let is_at_blade = self.is_near || self.is_swept;
+        (self.is_new || (is_at_blade && !has_side)).then_some(self.side_before)
     }
 }
 
@@ -66,14 +76,14 @@ impl Blade {
         let (after, inside_after) = self.local(&self.motion.end, point);
         let was_near = inside_before && before.z.abs() <= self.band;
         let is_near = inside_after && after.z.abs() <= self.band;
-        let crossed = (before.z < 0.0) != (after.z < 0.0) && {
+        let is_swept = (before.z < 0.0) != (after.z < 0.0) && {
             // Foot at the moment of crossing, in the blade's frame: local coordinates are linear in time up to the substep's small turn.
             let t = before.z / (before.z - after.z);
             let foot = before.lerp(after, t);
             foot.x.abs() <= self.half_width && foot.y.abs() <= self.half_height
         };
         let side_before = if before.z < 0.0 { -1 } else { 1 };
-        Near { distance: after.z, is_near, is_new: !was_near && (is_near || crossed), side_before }
+        Near { distance: after.z, is_near, is_swept, is_new: !was_near && (is_near || is_swept), side_before }
     }
 }
 

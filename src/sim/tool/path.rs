@@ -43,7 +43,7 @@ pub struct PoseSample {
 /// A tool and the samples of its path over one frame, in order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolPath {
-    /// Names the tool in the report; a blade's sheet id is its low byte.
+    /// Names the tool in the report and, by [`Self::sheet`], a blade's cut.
     pub id: u32,
     /// The tool.
     pub tool: Tool,
@@ -55,6 +55,11 @@ impl ToolPath {
     /// A tool that stands still.
     pub fn still(id: u32, tool: Tool, pose: Pose) -> Self {
         Self { id, tool, samples: vec![PoseSample { time: 0.0, pose }] }
+    }
+
+    /// The id of the sheet that this tool cuts, if it is a blade: the id's low byte, 1 for 0.
+    pub fn sheet(&self) -> u8 {
+        self.id.to_le_bytes()[0].max(1)
     }
 
     /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays at the world's origin.
