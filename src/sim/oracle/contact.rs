@@ -1,7 +1,9 @@
 //! Contact: clay against the blade, one side of a cut against the other, clay against solid tools.
 //!
 //! Bodies are rigid at a node, impacts inelastic, friction Coulomb's: the normal change of velocity stops the approach, the tangential
-//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields).
+//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields). Next to a wall
+//! contact moves the folded mass, the clay and its image, as in the full space that the image stands for: so a frictionless wall
+//! takes no part in sliding.
 
 use super::super::engine::{FrameReport, ToolReport};
 use super::super::snapshot::Side;
@@ -106,7 +108,7 @@ fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, felt
         return;
     }
     let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.motion.velocity_at(world), normal);
-    let impulse = field.own.mass * (after - field.velocity);
+    let impulse = field.folded.mass * (after - field.velocity);
     if after != field.velocity {
         felt.contacts += 1;
     }
