@@ -246,22 +246,6 @@ pub enum EngineError {
     /// As many plans are under way as the engine takes.
     #[error("{0} frames are under way already; poll first")]
     Busy(usize),
-    /// The clay needs more memory than the limit allows.
-    #[error(
-        "{particles} particles on {cells} cells need {needed_mib} MiB, over the limit of {limit_mib} MiB; about {fits} particles fit"
-    )]
-    Memory {
-        /// Particles asked for.
-        particles: usize,
-        /// Cells of the grid.
-        cells: usize,
-        /// Memory needed [MiB].
-        needed_mib: usize,
-        /// Memory allowed [MiB].
-        limit_mib: usize,
-        /// Particles that would fit.
-        fits: usize,
-    },
     /// The engine's thread ended.
     #[error("the engine stopped: {0}")]
     Stopped(String),

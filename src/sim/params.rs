@@ -5,6 +5,7 @@
 
 use glam::{DVec3, IVec3};
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 
 /// Cells along one edge of a block, the unit of storage and of scheduling.
 pub const BLOCK: i32 = 4;
@@ -64,8 +65,8 @@ pub struct ParamsError {
 
 impl ParamsError {
     /// An error about `name`.
-    pub fn new(name: &'static str, value: impl ToString, reason: impl ToString) -> Self {
-        Self { name, value: value.to_string(), reason: reason.to_string() }
+    pub fn new(name: &'static str, value: impl Display, reason: impl Into<String>) -> Self {
+        Self { name, value: value.to_string(), reason: reason.into() }
     }
 }
 

@@ -80,6 +80,18 @@ impl ToolShape {
         gradient.try_normalize().unwrap_or(DVec3::Y)
     }
 
+    /// The shape with every length multiplied by `factor`: metres -> cells.
+    pub fn scaled(&self, factor: f64) -> Self {
+        match *self {
+            Self::Sphere { radius } => Self::Sphere { radius: radius * factor },
+            Self::Capsule { radius, half_length } => Self::Capsule { radius: radius * factor, half_length: half_length * factor },
+            Self::Box { half_size } => Self::Box { half_size: half_size * factor },
+            Self::Blade { half_width, half_height } => {
+                Self::Blade { half_width: half_width * factor, half_height: half_height * factor }
+            }
+        }
+    }
+
     /// Whether the shape is a blade: it divides the clay instead of displacing it.
     pub fn is_blade(&self) -> bool {
         matches!(self, Self::Blade { .. })

@@ -1,0 +1,96 @@
+//! Tools as the grid meets them: in cells and substeps, at the pose of the substep's end.
+
+use super::super::params::{BLOCK, Domain};
+use super::super::tool::{BAND, Blade, CONTACT_OFFSET, Contact, Motion, Pose, ToolPath, ToolShape};
+use glam::{DVec3, IVec3};
+
+/// One tool during one substep; lengths in cells, times in substeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ToolNow {
+    pub shape: ToolShape,
+    pub contact: Contact,
+    pub motion: Motion,
+    /// The rectangle and its band, if the tool is a blade.
+    pub blade: Option<Blade>,
+    /// The sheet that a blade cuts.
+    pub sheet: u8,
+}
+
+impl ToolNow {
+    pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64) -> Self {
+        let pose = |t| {
+            let p = path.pose_at(t);
+            Pose { position: domain.to_grid(p.position), ..p }
+        };
+        let motion = Motion { start: pose(start), end: pose(end), duration: 1.0 };
+        let shape = path.tool.shape.scaled(1.0 / domain.cell_width);
+        let blade = match shape {
+            ToolShape::Blade { half_width, half_height } => Some(Blade { half_width, half_height, band: BAND, motion }),
+            _ => None,
+        };
+        Self { shape, contact: path.tool.contact, motion, blade, sheet: (path.id as u8).max(1) }
+    }
+
+    /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.
+    pub(super) fn is_near_block(&self, block: IVec3) -> bool {
+        let half = f64::from(BLOCK) / 2.0;
+        let centre = (block * BLOCK).as_dvec3() + half;
+        // Half diagonal of the block with its margin and one node, and the band.
+        let reach = (half + 1.0) * 3f64.sqrt() + BAND;
+        // The tool may turn within a substep: its distance changes by less than the greater of both ends' plus the travel of its rim.
+        let [a, b] = [self.motion.start, self.motion.end].map(|p| self.shape.distance(p.to_local(centre)));
+        let travel = self.motion.start.position.distance(self.motion.end.position);
+        a.min(b) <= reach + travel
+    }
+
+    /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface normal `n` towards the clay.
+    pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
+        let tool = self.motion.velocity_at(world);
+        let relative = v - tool;
+        let normal = relative.dot(n);
+        match self.contact {
+            Contact::Stick => tool,
+            Contact::Slip => v - normal * n,
+            Contact::Separate { .. } if normal >= 0.0 => v,
+            Contact::Separate { friction } => {
+                let slide = relative - normal * n;
+                let speed = slide.length();
+                let kept = if speed > 0.0 { (1.0 + friction * normal / speed).max(0.0) } else { 0.0 };
+                tool + slide * kept
+            }
+        }
+    }
+
+    /// Normal of a solid tool at a node it touches, if it does.
+    pub(super) fn touch(&self, world: DVec3) -> Option<DVec3> {
+        let local = self.motion.end.to_local(world);
+        let touches = self.blade.is_none() && self.shape.distance(local) < CONTACT_OFFSET;
+        touches.then(|| self.motion.end.rotation * self.shape.normal(local))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tool(contact: Contact) -> ToolNow {
+        let at = |x| Pose { position: DVec3::X * x, ..Pose::default() };
+        let motion = Motion { start: at(0.0), end: at(0.1), duration: 1.0 };
+        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sheet: 1 }
+    }
+
+    /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding clay go.
+    #[test]
+    fn separating_contact_is_coulomb() {
+        let t = tool(Contact::Separate { friction: 0.5 });
+        let v = t.apply(DVec3::new(-0.1, 0.3, 0.0), DVec3::X * 2.0, DVec3::X);
+        assert!((v - DVec3::new(0.1, 0.2, 0.0)).length() < 1e-15, "{v}");
+        let free = DVec3::new(0.2, 0.3, 0.0);
+        assert_eq!(t.apply(free, DVec3::X * 2.0, DVec3::X), free);
+    }
+
+    #[test]
+    fn sticking_contact_moves_with_the_tool() {
+        assert!((tool(Contact::Stick).apply(DVec3::Y, DVec3::X * 2.0, DVec3::X) - DVec3::X * 0.1).length() < 1e-15);
+    }
+}

@@ -1,0 +1,217 @@
+//! Node sums and grid update, block by block: tiles -> momentum and mass -> velocity.
+//!
+//! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
+
+use super::kernel::Tile;
+use super::simd::Node;
+use super::special::{self, Meeting};
+use super::state::{NEIGHBOURS, State, Table};
+use glam::{DVec3, IVec3};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The 64 nodes of a block, z fastest.
+pub(super) type Nodes = [Node; 64];
+
+/// Index of a node in its block, each coordinate in 0 .. 4.
+#[inline(always)]
+pub(super) const fn local(x: i32, y: i32, z: i32) -> usize {
+    ((x * 4 + y) * 4 + z) as usize
+}
+
+/// What one scatter left: a tile per block and, at cuts, one for each side.
+#[derive(Debug)]
+pub(super) struct Tiles {
+    /// The table that was in force at the scatter.
+    pub table: Arc<Table>,
+    /// Sums of the untagged particles of each block with particles.
+    pub untagged: Vec<Tile>,
+    /// Index + 1 into `sides` of each block with particles; 0 where there is no cut.
+    pub side_slot: Vec<u32>,
+    /// Sums of the front and of the back particles.
+    pub sides: Vec<[Tile; 2]>,
+}
+
+/// The nodes of all blocks.
+#[derive(Debug, Default)]
+pub(super) struct Grid {
+    /// Velocity [cells/substep] and mass of untagged clay's field; of all clay where there is no cut.
+    pub nodes: Vec<Nodes>,
+    /// Index + 1 into `sides` of each block; 0 where there is no cut.
+    pub side_slot: Vec<u32>,
+    /// Velocity and mass of the front and back fields.
+    pub sides: Vec<[Nodes; 2]>,
+    /// Masses of front and back, read for the normal of a cut.
+    side_mass: Vec<[[f32; 64]; 2]>,
+}
+
+/// Constants of one substep's grid update.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GridStep {
+    /// Gravity over inertia scaling [cells/substep^2].
+    pub gravity: DVec3,
+    /// Velocity kept by validation damping [-].
+    pub damping: f64,
+}
+
+/// What the update met: sums over nodes, in cells per substep and particle mass units.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GridReport {
+    /// Greatest node speed, NaN if any is not finite.
+    pub speed_max: f32,
+    pub wall_impulse: DVec3,
+    pub impulse_scale: f64,
+    /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
+    pub tools: Vec<(DVec3, DVec3, u64)>,
+}
+
+impl GridReport {
+    fn add(&mut self, other: &Self) {
+        // A NaN must win: max() would drop it.
+        if other.speed_max.is_nan() || other.speed_max > self.speed_max {
+            self.speed_max = other.speed_max;
+        }
+        self.wall_impulse += other.wall_impulse;
+        self.impulse_scale += other.impulse_scale;
+        for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
+            *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
+        }
+    }
+}
+
+impl Grid {
+    /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and tools there are.
+    pub(super) fn update(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> GridReport {
+        self.mark_cuts(state, tiles);
+        self.nodes.resize(state.blocks.len(), [Node::default(); 64]);
+        let side_slot = &self.side_slot;
+        let plain: Vec<GridReport> = self
+            .nodes
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(8)
+            .map(|(i, nodes)| {
+                let block = state.blocks[i];
+                sum(nodes, tiles, block, |slot| Some(&tiles.untagged[slot]));
+                if side_slot[i] != 0 {
+                    GridReport::default()
+                } else if meeting.concerns(block) {
+                    special::update(nodes, None, block, step, meeting, &|_| DVec3::ZERO)
+                } else {
+                    GridReport { speed_max: update_plain(nodes, step), ..GridReport::default() }
+                }
+            })
+            .collect();
+        let cut = self.update_cuts(state, tiles, step, meeting);
+        let mut total = GridReport { tools: vec![Default::default(); meeting.tools.len()], ..GridReport::default() };
+        plain.iter().chain(&cut).for_each(|r| total.add(r));
+        total
+    }
+
+    /// Sum of node masses.
+    pub(super) fn mass(&self) -> f64 {
+        let mass = |nodes: &Nodes| nodes.iter().map(|n| f64::from(n.0[3])).sum::<f64>();
+        self.nodes.iter().chain(self.sides.iter().flatten()).map(mass).sum()
+    }
+
+    /// Finds the blocks that a tile of a cut reaches.
+    fn mark_cuts(&mut self, state: &State, tiles: &Tiles) {
+        self.side_slot.clear();
+        self.side_slot.resize(state.blocks.len(), 0);
+        let mut count = 0;
+        if !tiles.sides.is_empty() {
+            for (i, &block) in state.blocks.iter().enumerate() {
+                let reached =
+                    |o: IVec3| tiles.table.slot(block + o).is_some_and(|s| tiles.side_slot.get(s).is_some_and(|s| *s != 0));
+                if NEIGHBOURS.into_iter().any(reached) {
+                    count += 1;
+                    self.side_slot[i] = count;
+                }
+            }
+        }
+        self.sides.resize(count as usize, [[Node::default(); 64]; 2]);
+        self.side_mass.resize(count as usize, [[0.0; 64]; 2]);
+    }
+
+    fn update_cuts(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> Vec<GridReport> {
+        let cut: Vec<usize> = (0..state.blocks.len()).filter(|i| self.side_slot[*i] != 0).collect();
+        self.sides.par_iter_mut().zip(&mut self.side_mass).zip(&cut).for_each(|((sides, mass), i)| {
+            for side in 0..2 {
+                sum(&mut sides[side], tiles, state.blocks[*i], |slot| {
+                    let slot = tiles.side_slot[slot].checked_sub(1)?;
+                    Some(&tiles.sides[slot as usize][side])
+                });
+                for (m, q) in mass[side].iter_mut().zip(&sides[side]) {
+                    *m = q.0[3];
+                }
+            }
+        });
+        let (side_slot, side_mass) = (&self.side_slot, &self.side_mass);
+        let difference = |node: IVec3| {
+            let block = node.div_euclid(IVec3::splat(4));
+            let slot = state.table.slot(block).and_then(|s| side_slot[s].checked_sub(1));
+            let at = node - block * 4;
+            slot.map_or(0.0, |s| {
+                let k = local(at.x, at.y, at.z);
+                f64::from(side_mass[s as usize][0][k]) - f64::from(side_mass[s as usize][1][k])
+            })
+        };
+        let gradient = |node: IVec3| DVec3::from_array(IVec3::AXES.map(|a| difference(node + a) - difference(node - a)));
+        let mut nodes: Vec<&mut Nodes> =
+            self.nodes.iter_mut().enumerate().filter(|(i, _)| side_slot[*i] != 0).map(|(_, n)| n).collect();
+        nodes
+            .par_iter_mut()
+            .zip(&mut self.sides)
+            .zip(&cut)
+            .map(|((nodes, sides), i)| special::update(nodes, Some(sides), state.blocks[*i], step, meeting, &gradient))
+            .collect()
+    }
+}
+
+/// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.
+#[inline]
+fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) -> Option<&'a Tile>) {
+    *nodes = [Node::default(); 64];
+    for offset in NEIGHBOURS {
+        let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };
+        // The tile of the neighbour at `offset` holds our nodes from `low` to `high`, at `shift` in its own coordinates.
+        let range = |o: i32| match o {
+            -1 => (0, 2, 4),
+            0 => (0, 4, 0),
+            _ => (3, 4, -4),
+        };
+        let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+        for i in x.0..x.1 {
+            for j in y.0..y.1 {
+                for k in z.0..z.1 {
+                    let from = &tile.0[Tile::at(i + x.2, j + y.2, k + z.2)].0;
+                    let to = &mut nodes[local(i, j, k)].0;
+                    for d in 0..4 {
+                        to[d] += from[d];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Momentum -> velocity where nothing but gravity acts. Returns the greatest speed, NaN if any is not finite.
+#[inline]
+fn update_plain(nodes: &mut Nodes, step: &GridStep) -> f32 {
+    let gravity = step.gravity.as_vec3().to_array();
+    let damping = step.damping as f32;
+    let (mut greatest, mut all) = (0.0f32, 0.0f32);
+    for node in nodes {
+        let q = &mut node.0;
+        let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
+        let mut speed2 = 0.0;
+        for d in 0..3 {
+            let v = if q[3] > 0.0 { (q[d] * inverse + gravity[d]) * damping } else { q[d] * 0.0 };
+            speed2 += v * v;
+            q[d] = v;
+        }
+        greatest = greatest.max(speed2);
+        all += speed2 + q[3] * 0.0;
+    }
+    if all.is_finite() { greatest.sqrt() } else { f32::NAN }
+}

@@ -1,0 +1,372 @@
+//! Particle kernels over one block: gather (`g2p`), clay law, scatter (`p2g`), fused or apart.
+//!
+//! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of its particles to another; both stay in
+//! the L1 cache. Eight particles at a time go through the law; gather and scatter go particle by particle with one register per node.
+//! Velocities are in cells per substep, masses in eighths of a full cell's.
+//!
+//! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not inlined through library code.
+
+use super::law::{self, Law};
+use super::simd::{F8, Node, V4};
+use super::state::{Cold, Hot, MARGIN, unpack_cell};
+
+/// Nodes along a tile's x and y, and its padded z.
+pub(super) const TILE: usize = 7;
+const TILE_Z: usize = 8;
+
+/// The nodes -1 .. 5 about a block, z fastest and padded to 8.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Tile(pub [Node; TILE * TILE * TILE_Z]);
+
+impl Tile {
+    pub(super) const ZERO: Self = Self([Node([0.0; 4]); TILE * TILE * TILE_Z]);
+
+    /// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
+    #[inline(always)]
+    pub(super) const fn at(x: i32, y: i32, z: i32) -> usize {
+        ((x + 1) as usize * TILE + (y + 1) as usize) * TILE_Z + (z + 1) as usize
+    }
+}
+
+/// Constants of one substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub law: Law,
+    /// Greatest elastic |dev H| of unsoftened clay.
+    pub yield_norm: f32,
+    /// One cell per substep [m/s].
+    pub velocity_unit: f32,
+    /// One per substep [1/s].
+    pub rate_unit: f32,
+    /// Whether AVX2 and FMA were found.
+    pub fma: bool,
+}
+
+/// What is particular to a block.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    /// Cell of the block's low corner.
+    pub origin: [i32; 3],
+    /// Where walls stop the particles, relative to `origin` [cells]: (low, high), if a wall is near.
+    pub room: Option<([f32; 3], [f32; 3])>,
+    /// The yield norm at a grid coordinate, where clay near a tool is softer.
+    pub softening: Option<&'a (dyn Fn([f64; 3]) -> f32 + Sync)>,
+}
+
+struct Eight {
+    count: usize,
+    cell: [[i32; 3]; 8],
+    x: [F8; 3],
+    strain: law::Sym8,
+    mass: F8,
+}
+
+#[inline(always)]
+fn load(particles: &[Hot], origin: [i32; 3]) -> Eight {
+    let mut out = Eight { count: particles.len(), cell: [[0; 3]; 8], x: [F8::ZERO; 3], strain: [F8::ZERO; 6], mass: F8::ZERO };
+    for k in 0..8 {
+        // Idle lanes compute on the first particle and are not stored.
+        let p = &particles[if k < particles.len() { k } else { 0 }];
+        let cell = unpack_cell(p.cell);
+        for d in 0..3 {
+            out.cell[k][d] = cell[d] - origin[d];
+            out.x[d].0[k] = p.offset[d];
+        }
+        for i in 0..6 {
+            out.strain[i].0[k] = p.strain[i];
+        }
+        out.mass.0[k] = p.mass;
+    }
+    out
+}
+
+struct Stencil {
+    /// Position relative to the first of its 3 nodes along each axis.
+    f: [F8; 3],
+    weights: [[F8; 3]; 3],
+    /// Tile index of the first node.
+    first: [usize; 8],
+}
+
+#[inline(always)]
+fn stencil(cell: &[[i32; 3]; 8], x: &[F8; 3]) -> Stencil {
+    let mut out = Stencil { f: *x, weights: [[F8::ZERO; 3]; 3], first: [0; 8] };
+    let mut base = [[0i32; 8]; 3];
+    for d in 0..3 {
+        for k in 0..8 {
+            let low = x[d].0[k] < 0.5;
+            base[d][k] = -i32::from(low);
+            out.f[d].0[k] = x[d].0[k] + if low { 1.0 } else { 0.0 };
+        }
+        let f = out.f[d];
+        let (a, b, c) = (F8::splat(1.5) - f, f + -1.0, f + -0.5);
+        out.weights[d] = [0.5 * (a * a), F8::splat(0.75) - b * b, 0.5 * (c * c)];
+    }
+    for k in 0..8 {
+        out.first[k] = Tile::at(cell[k][0] + base[0][k], cell[k][1] + base[1][k], cell[k][2] + base[2][k]);
+    }
+    out
+}
+
+/// The node `offset` entries after `first`.
+#[inline(always)]
+fn node(tile: &Tile, index: usize) -> &Node {
+    // SAFETY: cells lie 0 .. 4 in their block (sort) and offsets in [-0.5, 1.5) of the cell (clamped in `advance`; NaN compares to base 0), so the
+    // first node is -1 ..= 3 along each axis, the last 5: inside the tile.
+    unsafe { tile.0.get_unchecked(index) }
+}
+
+#[inline(always)]
+fn node_mut(tile: &mut Tile, index: usize) -> &mut Node {
+    // SAFETY: as in `node`.
+    unsafe { tile.0.get_unchecked_mut(index) }
+}
+
+/// Velocity and its moments (per axis) at each particle: `[v, m_x, m_y, m_z][lane]`.
+#[inline(always)]
+fn gather<const FMA: bool>(s: &Stencil, count: usize, velocity: &Tile) -> [[Node; 8]; 4] {
+    let mut moments = [[F8::ZERO; 3]; 3];
+    for d in 0..3 {
+        for i in 0..3 {
+            moments[d][i] = s.weights[d][i] * (F8::splat(i as f32) - s.f[d]);
+        }
+    }
+    let mut got = [[Node([0.0; 4]); 8]; 4];
+    for k in 0..count {
+        let w = |d: usize, i: usize| V4::splat(s.weights[d][i].0[k]);
+        let m = |d: usize, i: usize| V4::splat(moments[d][i].0[k]);
+        let (z0, z1, z2, y0, y1, y2) = (w(2, 0), w(2, 1), w(2, 2), m(2, 0), m(2, 1), m(2, 2));
+        let zero = V4::splat(0.0);
+        let (mut v, mut cx, mut cy, mut cz) = (zero, zero, zero, zero);
+        for i in 0..3 {
+            let (mut g, mut gy, mut gz) = (zero, zero, zero);
+            for j in 0..3 {
+                let at = s.first[k] + (i * TILE + j) * TILE_Z;
+                let (q0, q1, q2) =
+                    (V4::load(node(velocity, at)), V4::load(node(velocity, at + 1)), V4::load(node(velocity, at + 2)));
+                let sum = q2.times_plus::<FMA>(z2, q1.times_plus::<FMA>(z1, q0.times(z0)));
+                let moment = q2.times_plus::<FMA>(y2, q1.times_plus::<FMA>(y1, q0.times(y0)));
+                let (wy, my) = (w(1, j), m(1, j));
+                g = wy.times_plus::<FMA>(sum, g);
+                gy = my.times_plus::<FMA>(sum, gy);
+                gz = wy.times_plus::<FMA>(moment, gz);
+            }
+            let (wx, mx) = (w(0, i), m(0, i));
+            v = wx.times_plus::<FMA>(g, v);
+            cx = mx.times_plus::<FMA>(g, cx);
+            cy = wx.times_plus::<FMA>(gy, cy);
+            cz = wx.times_plus::<FMA>(gz, cz);
+        }
+        v.store(&mut got[0][k]);
+        cx.store(&mut got[1][k]);
+        cy.store(&mut got[2][k]);
+        cz.store(&mut got[3][k]);
+    }
+    got
+}
+
+/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis `c`.
+#[inline(always)]
+fn scatter<const FMA: bool>(s: &Stencil, count: usize, v: &[F8; 3], a: &[[F8; 3]; 3], mass: F8, out: &mut Tile) {
+    let (mut p, mut am) = (*v, *a);
+    for d in 0..3 {
+        p[d] = v[d] * mass;
+        for r in 0..3 {
+            am[d][r] = a[d][r] * mass;
+        }
+    }
+    for k in 0..count {
+        let column = |c: usize| V4::new(am[c][0].0[k], am[c][1].0[k], am[c][2].0[k], 0.0);
+        let (ax, ay, az) = (column(0), column(1), column(2));
+        let at = |i: usize, d: usize| V4::splat(i as f32 - s.f[d].0[k]);
+        let w = |d: usize, i: usize| V4::splat(s.weights[d][i].0[k]);
+        // Momentum at node (i, j, 0); one more step in z adds az.
+        let base = az.times_plus::<FMA>(at(0, 2), V4::new(p[0].0[k], p[1].0[k], p[2].0[k], mass.0[k]));
+        let (z0, z1, z2) = (w(2, 0), w(2, 1), w(2, 2));
+        for i in 0..3 {
+            let at_x = ax.times_plus::<FMA>(at(i, 0), base);
+            for j in 0..3 {
+                let wxy = w(0, i).times(w(1, j));
+                let q0 = ay.times_plus::<FMA>(at(j, 1), at_x).times(wxy);
+                let step = az.times(wxy);
+                let q1 = q0.plus(step);
+                let q2 = q1.plus(step);
+                let first = s.first[k] + (i * TILE + j) * TILE_Z;
+                for (q, z, n) in [(q0, z0, 0), (q1, z1, 1), (q2, z2, 2)] {
+                    let to = node_mut(out, first + n);
+                    q.times_plus::<FMA>(z, V4::load(to)).store(to);
+                }
+            }
+        }
+    }
+}
+
+/// Particle state one substep on.
+struct Advanced {
+    velocity: [F8; 3],
+    /// h C: `[c][r]`.
+    gradient: [[F8; 3]; 3],
+    x: [F8; 3],
+    update: law::Update,
+}
+
+#[inline(always)]
+fn advance(step: &Step, place: &Place<'_>, eight: &Eight, got: &[[Node; 8]; 4]) -> Advanced {
+    let mut velocity = [F8::ZERO; 3];
+    let mut gradient = [[F8::ZERO; 3]; 3];
+    let mut x = eight.x;
+    for d in 0..3 {
+        for k in 0..8 {
+            velocity[d].0[k] = got[0][k].0[d];
+            for c in 0..3 {
+                gradient[c][d].0[k] = 4.0 * got[c + 1][k].0[d];
+            }
+            x[d].0[k] = (eight.x[d].0[k] + velocity[d].0[k]).clamp(-MARGIN, 1.0 + MARGIN);
+        }
+    }
+    if let Some((low, high)) = place.room {
+        for d in 0..3 {
+            for k in 0..8 {
+                let cell = eight.cell[k][d] as f32;
+                x[d].0[k] = x[d].0[k].clamp(low[d] - cell, high[d] - cell);
+            }
+        }
+    }
+    let mut yield_norm = F8::splat(step.yield_norm);
+    if let Some(softening) = place.softening {
+        for k in 0..eight.count {
+            let mut at = [0.0; 3];
+            for d in 0..3 {
+                at[d] = f64::from(place.origin[d] + eight.cell[k][d]) + f64::from(x[d].0[k]);
+            }
+            yield_norm.0[k] = softening(at);
+        }
+    }
+    let update = law::update(&step.law, &gradient, &eight.strain, yield_norm);
+    Advanced { velocity, gradient, x, update }
+}
+
+#[inline(always)]
+fn affine_minus_stress(gradient: &[[F8; 3]; 3], tau: &law::Sym8) -> [[F8; 3]; 3] {
+    let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
+    let mut a = *gradient;
+    for c in 0..3 {
+        for r in 0..3 {
+            a[c][r] = gradient[c][r] - t[c][r];
+        }
+    }
+    a
+}
+
+#[inline(always)]
+fn store(particles: &mut [Hot], new: &Advanced) {
+    for (k, p) in particles.iter_mut().enumerate() {
+        for d in 0..3 {
+            p.offset[d] = new.x[d].0[k];
+        }
+        for i in 0..6 {
+            p.strain[i] = new.update.elastic_strain[i].0[k];
+        }
+        p.hardening += new.update.plastic.0[k];
+    }
+}
+
+#[inline(always)]
+fn g2p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], velocity: &Tile, out: &mut Tile) -> u32 {
+    *out = Tile::ZERO;
+    let mut clamped = 0;
+    for chunk in hot.chunks_mut(8) {
+        let eight = load(chunk, place.origin);
+        let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
+        let new = advance(step, place, &eight, &got);
+        store(chunk, &new);
+        clamped += new.update.clamped;
+        let a = affine_minus_stress(&new.gradient, &new.update.stress);
+        scatter::<FMA>(&stencil(&eight.cell, &new.x), eight.count, &new.velocity, &a, eight.mass, out);
+    }
+    clamped
+}
+
+#[inline(always)]
+fn g2p_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32 {
+    let mut clamped = 0;
+    for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
+        let eight = load(chunk, place.origin);
+        let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
+        let new = advance(step, place, &eight, &got);
+        store(chunk, &new);
+        clamped += new.update.clamped;
+        for (k, p) in cold.iter_mut().enumerate() {
+            for d in 0..3 {
+                p.velocity[d] = new.velocity[d].0[k] * step.velocity_unit;
+                for c in 0..3 {
+                    p.affine[c][d] = new.gradient[c][d].0[k] * step.rate_unit;
+                }
+            }
+        }
+    }
+    clamped
+}
+
+#[inline(always)]
+fn p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &[Hot], cold: &[Cold], out: &mut Tile) {
+    *out = Tile::ZERO;
+    let (per_velocity, per_rate) = (1.0 / step.velocity_unit, 1.0 / step.rate_unit);
+    for (chunk, cold) in hot.chunks(8).zip(cold.chunks(8)) {
+        let eight = load(chunk, place.origin);
+        let mut v = [F8::ZERO; 3];
+        let mut gradient = [[F8::ZERO; 3]; 3];
+        for (k, p) in cold.iter().enumerate() {
+            for d in 0..3 {
+                v[d].0[k] = p.velocity[d] * per_velocity;
+                for c in 0..3 {
+                    gradient[c][d].0[k] = p.affine[c][d] * per_rate;
+                }
+            }
+        }
+        let a = affine_minus_stress(&gradient, &law::stress(&step.law, &eight.strain));
+        scatter::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, &v, &a, eight.mass, out);
+    }
+}
+
+/// Instantiates a kernel for AVX2 + FMA beside the plain one, and the function that chooses between them.
+macro_rules! dispatch {
+    ($(#[$doc:meta])* $name:ident = $kernel:ident / $fast:ident, ($step:ident, $($arg:ident: $type:ty),*) -> $ret:ty) => {
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,fma")]
+        fn $fast($step: &Step, $($arg: $type),*) -> $ret {
+            $kernel::<true>($step, $($arg),*)
+        }
+
+        $(#[$doc])*
+        #[inline]
+        pub(super) fn $name($step: &Step, $($arg: $type),*) -> $ret {
+            #[cfg(target_arch = "x86_64")]
+            if $step.fma {
+                // SAFETY: `fma` is set only after AVX2 and FMA were detected.
+                return unsafe { $fast($step, $($arg),*) };
+            }
+            $kernel::<false>($step, $($arg),*)
+        }
+    };
+}
+dispatch!(
+    /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles clamped.
+    g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], velocity: &Tile, out: &mut Tile) -> u32);
+dispatch!(
+    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of particles clamped.
+    g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);
+dispatch!(
+    /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.
+    p2g = p2g_with / p2g_avx2, (step, place: &Place<'_>, hot: &[Hot], cold: &[Cold], out: &mut Tile) -> ());
+
+/// Whether this processor has AVX2 and FMA.
+pub(super) fn has_fma() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}

@@ -1,0 +1,210 @@
+//! The particle passes over all blocks: who gathers from which field and scatters to which tile.
+
+use super::super::material::ClayMaterial;
+use super::super::params::{BLOCK, Domain};
+use super::contact::ToolNow;
+use super::grid::{Grid, Tiles, local};
+use super::kernel::{self, Place, Step, Tile};
+use super::state::{Class, Cold, Hot, NEIGHBOURS, Run, State, Table, split};
+use super::tags::{self, TagReport};
+use glam::{DVec3, IVec3};
+use rayon::prelude::*;
+
+/// One block's particles and tiles, for one task.
+struct Work<'a> {
+    index: usize,
+    block: IVec3,
+    hot: &'a mut [Hot],
+    cold: &'a mut [Cold],
+    run: &'a mut Run,
+}
+
+/// What the particle passes need of a substep.
+pub(super) struct ParticleStep<'a> {
+    pub step: Step,
+    pub domain: &'a Domain,
+    pub material: &'a ClayMaterial,
+    /// Tools at the substep that the gather ends.
+    pub tools: &'a [ToolNow],
+}
+
+impl ParticleStep<'_> {
+    /// The yield norm of Eq. 5 at a grid coordinate, from the nearest tool.
+    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+    fn softened(&self, x: [f64; 3]) -> f32 {
+        let x = DVec3::from_array(x);
+        let distance = self.tools.iter().map(|t| t.shape.distance(t.motion.end.to_local(x))).fold(f64::INFINITY, f64::min);
+        let dx = self.domain.cell_width;
+        let ratio = self.material.yield_stress_at(distance.max(0.0) * dx, dx) / self.material.yield_stress;
+        (f64::from(self.step.yield_norm) * ratio) as f32
+    }
+
+    /// Whether a tool softens clay in the block: beyond 12 softening lengths zeta is below 1e-5.
+    fn softens(&self, block: IVec3) -> bool {
+        let centre = (block * BLOCK).as_dvec3() + f64::from(BLOCK) / 2.0;
+        let reach = 12.0 * self.material.softening_length_or_default(self.domain.cell_width) / self.domain.cell_width + 3.0 + 5.0;
+        self.material.softening > 0.0
+            && self.material.yield_stress.is_finite()
+            && self.tools.iter().any(|t| t.shape.distance(t.motion.end.to_local(centre)) < reach)
+    }
+
+    fn room(&self, block: IVec3) -> Option<([f32; 3], [f32; 3])> {
+        let (low, high) = self.domain.wall_nodes();
+        let is_at_wall = (low / BLOCK).cmpeq(block).any() || (high / BLOCK).cmpeq(block).any();
+        let relative = |w: IVec3| (w - block * BLOCK).as_vec3().to_array();
+        is_at_wall.then(|| (relative(low), relative(high)))
+    }
+
+    /// Calls `kernel` with the block's place.
+    fn at<R>(&self, block: IVec3, kernel: impl FnOnce(&Place<'_>) -> R) -> R {
+        let softened = |x| self.softened(x);
+        let softening: Option<&(dyn Fn([f64; 3]) -> f32 + Sync)> = if self.softens(block) { Some(&softened) } else { None };
+        kernel(&Place { origin: (block * BLOCK).to_array(), room: self.room(block), softening })
+    }
+}
+
+/// Divides the state into one task a block.
+fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold], runs: &'a mut [Run]) -> Vec<Work<'a>> {
+    let lengths: Vec<usize> = runs.iter().map(Run::len).collect();
+    let parts = split(hot, &lengths).into_iter().zip(split(cold, &lengths)).zip(runs);
+    parts.enumerate().map(|(index, ((hot, cold), run))| Work { index, block: blocks[index], hot, cold, run }).collect()
+}
+
+/// The 7^3 velocities about a block as a class sees them.
+fn arena(grid: &Grid, table: &Table, block: IVec3, class: Class) -> Tile {
+    let mut out = Tile::ZERO;
+    for offset in NEIGHBOURS {
+        let Some(slot) = table.slot(block + offset) else { continue };
+        let side = grid.side_slot.get(slot).and_then(|s| s.checked_sub(1));
+        let nodes = match (class, side) {
+            (Class::Front, Some(s)) => &grid.sides[s as usize][0],
+            (Class::Back, Some(s)) => &grid.sides[s as usize][1],
+            _ => &grid.nodes[slot],
+        };
+        let range = |o: i32| match o {
+            -1 => (3, 4, -4),
+            0 => (0, 4, 0),
+            _ => (0, 2, 4),
+        };
+        let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+        for i in x.0..x.1 {
+            for j in y.0..y.1 {
+                for k in z.0..z.1 {
+                    out.0[Tile::at(i + x.2, j + y.2, k + z.2)] = nodes[local(i, j, k)];
+                }
+            }
+        }
+    }
+    out
+}
+
+const CLASSES: [Class; 3] = [Class::Untagged, Class::Front, Class::Back];
+
+/// Gathers blocks for which `is_chosen`, storing velocities; then tags them if `tag` is given. Returns particles clamped and the tag reports.
+pub(super) fn gather(
+    s: &ParticleStep<'_>,
+    state: &mut State,
+    grid: &Grid,
+    is_chosen: &(dyn Fn(usize) -> bool + Sync),
+    tag: Option<&[ToolNow]>,
+) -> (u64, Vec<TagReport>) {
+    let table = state.table.clone();
+    let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
+    tasks.retain(|w| is_chosen(w.index));
+    let done: Vec<(u32, Option<TagReport>)> = tasks
+        .into_par_iter()
+        .map(|w| {
+            let mut clamped = 0;
+            let hot = split(w.hot, &w.run.counts);
+            let cold = split(w.cold, &w.run.counts);
+            for ((class, hot), cold) in CLASSES.into_iter().zip(hot).zip(cold) {
+                if !hot.is_empty() {
+                    let velocity = arena(grid, &table, w.block, class);
+                    clamped += s.at(w.block, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
+                }
+            }
+            (clamped, tag.map(|tools| tag_block(tools, s.domain, w.hot, w.cold, w.run)))
+        })
+        .collect();
+    (done.iter().map(|d| u64::from(d.0)).sum(), done.into_iter().filter_map(|d| d.1).collect())
+}
+
+fn tag_block(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
+    let report = tags::tag(tools, domain, hot, cold);
+    if report.is_changed {
+        run.counts = tags::regroup(hot, cold);
+    }
+    report
+}
+
+/// Tags the blocks for which `is_chosen`.
+pub(super) fn tag(
+    domain: &Domain,
+    state: &mut State,
+    is_chosen: &(dyn Fn(usize) -> bool + Sync),
+    tools: &[ToolNow],
+) -> Vec<TagReport> {
+    let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
+    tasks.retain(|w| is_chosen(w.index));
+    tasks.into_par_iter().map(|w| tag_block(tools, domain, w.hot, w.cold, w.run)).collect()
+}
+
+/// Scatters every block: those for which `is_gathered` from their stored velocities, the others fused with their gather.
+/// Returns particles clamped.
+pub(super) fn scatter(
+    s: &ParticleStep<'_>,
+    state: &mut State,
+    grid: &Grid,
+    tiles: &mut Tiles,
+    is_gathered: &(dyn Fn(usize) -> bool + Sync),
+) -> u64 {
+    make_room(state, tiles);
+    let table = state.table.clone();
+    let mut sides = tiles.sides.iter_mut();
+    let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
+        .into_iter()
+        .zip(&mut tiles.untagged)
+        .map(|(w, main)| {
+            let side = if tiles.side_slot[w.index] == 0 { None } else { sides.next() };
+            (w, main, side)
+        })
+        .collect();
+    let clamped: Vec<u32> = tasks
+        .into_par_iter()
+        .with_min_len(4)
+        .map(|(w, main, sides)| {
+            let mut clamped = 0;
+            let is_gathered = is_gathered(w.index);
+            let hot = split(w.hot, &w.run.counts);
+            let cold = split(w.cold, &w.run.counts);
+            let tiles = std::iter::once(main).chain(sides.into_iter().flatten());
+            for (((class, hot), cold), tile) in CLASSES.into_iter().zip(hot).zip(cold).zip(tiles) {
+                if hot.is_empty() {
+                    *tile = Tile::ZERO;
+                } else if is_gathered {
+                    s.at(w.block, |place| kernel::p2g(&s.step, place, hot, cold, tile));
+                } else {
+                    let velocity = arena(grid, &table, w.block, class);
+                    clamped += s.at(w.block, |place| kernel::g2p2g(&s.step, place, hot, &velocity, tile));
+                }
+            }
+            clamped
+        })
+        .collect();
+    clamped.into_iter().map(u64::from).sum()
+}
+
+/// Sizes the tiles for the state's blocks; a block with tagged particles gets two more.
+fn make_room(state: &mut State, tiles: &mut Tiles) {
+    let old = std::mem::replace(&mut tiles.table, state.table.clone());
+    state.recycle(old);
+    tiles.untagged.resize(state.runs.len(), Tile::ZERO);
+    let mut count = 0;
+    tiles.side_slot.clear();
+    tiles.side_slot.extend(state.runs.iter().map(|run| {
+        let is_cut = run.counts[1] + run.counts[2] > 0;
+        count += u32::from(is_cut);
+        if is_cut { count } else { 0 }
+    }));
+    tiles.sides.resize(count as usize, [Tile::ZERO; 2]);
+}

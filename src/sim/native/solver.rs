@@ -1,0 +1,316 @@
+//! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
+
+use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
+use super::super::health::Health;
+use super::super::params::Domain;
+use super::super::snapshot::Particle;
+use super::contact::ToolNow;
+use super::grid::{Grid, GridReport, GridStep, Tiles};
+use super::kernel::{self, Step};
+use super::law::Law;
+use super::passes::{self, ParticleStep};
+use super::special::Meeting;
+use super::state::{Cold, Hot, MARGIN, State};
+use super::stats::Stats;
+use super::tags::TagReport;
+use glam::DVec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Greatest node travel in one substep [cells]; beyond it a particle could leave its tile, and the frame is redone with half the step.
+const TRAVEL_LIMIT: f32 = 0.49;
+/// How often a frame is halved before it is given up: a 16th of the step reaches speeds the plan cannot have known.
+const REDO_MAX: u32 = 4;
+
+/// The clay at the end of a frame: what `surface` and `save` read, and what a failed frame goes back to.
+#[derive(Debug)]
+pub(super) struct FrameState {
+    pub hot: Vec<Hot>,
+    pub cold: Vec<Cold>,
+    pub time: f64,
+}
+
+/// The native engine's clay and grids.
+pub(super) struct Solver {
+    domain: Domain,
+    time: f64,
+    state: State,
+    tiles: Tiles,
+    grid: Grid,
+    /// Bound on how far any particle has strayed from its cell since the last sort [cells].
+    travel: f32,
+    stats: Stats,
+    quarantined: Vec<u32>,
+    start: Arc<FrameState>,
+    fma: bool,
+}
+
+/// Sums over the substeps of a frame.
+#[derive(Default)]
+struct Tally {
+    grid: GridReport,
+    tags: Vec<(u64, u64, f64)>,
+    speed_max: f32,
+    clamped: u64,
+    timings: Timings,
+}
+
+impl Tally {
+    fn add_grid(&mut self, report: &GridReport) {
+        self.grid.wall_impulse += report.wall_impulse;
+        self.grid.impulse_scale += report.impulse_scale;
+        self.grid.tools.resize(report.tools.len(), Default::default());
+        for (sum, t) in self.grid.tools.iter_mut().zip(&report.tools) {
+            *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
+        }
+        self.speed_max = self.speed_max.max(report.speed_max);
+    }
+
+    /// Adds the blocks' reports; returns the greatest distance a particle was moved.
+    fn add_tags(&mut self, reports: &[TagReport]) -> f32 {
+        for report in reports {
+            self.tags.resize(report.tools.len(), Default::default());
+            for (sum, t) in self.tags.iter_mut().zip(&report.tools) {
+                *sum = (sum.0 + t.0, sum.1 + t.1, sum.2.max(t.2));
+            }
+        }
+        reports.iter().map(|r| r.moved_max).fold(0.0, f32::max)
+    }
+}
+
+/// Why an attempt at a frame ended early.
+enum Failure {
+    Health(Health),
+    Stopped,
+}
+
+impl Solver {
+    /// A solver for particles that are finite and inside the domain's room.
+    pub(super) fn new(domain: Domain, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
+        let state = State::new(&domain, particles);
+        let tiles = Tiles { table: state.table.clone(), untagged: vec![], side_slot: vec![], sides: vec![] };
+        let stats = Stats::of(&domain, &state.hot, &state.cold);
+        let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time });
+        Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, stats, quarantined, start, fma: kernel::has_fma() }
+    }
+
+    /// The clay at the end of the last frame.
+    pub(super) fn frame_state(&self) -> Arc<FrameState> {
+        self.start.clone()
+    }
+
+    /// Runs a frame; redone with half the step where that can help, given up with the clay as it was where not.
+    /// Returns nothing if `stop` was set.
+    pub(super) fn run(&mut self, plan: &FramePlan, stop: &AtomicBool) -> Option<FrameReport> {
+        let began = Instant::now();
+        let mut health = Health::OK;
+        for redone in 0..=REDO_MAX {
+            let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
+            match self.attempt(plan, dt, steps, stop) {
+                Ok(tally) => return Some(self.report(plan, &tally, health, redone, dt, steps, began)),
+                Err(Failure::Stopped) => return None,
+                Err(Failure::Health(h)) => {
+                    health.insert(h);
+                    self.restore();
+                }
+            }
+        }
+        health.insert(Health::GIVEN_UP);
+        Some(self.report(plan, &Tally::default(), health, REDO_MAX, plan.dt, 0, began))
+    }
+
+    /// The substep loop.
+    fn attempt(&mut self, plan: &FramePlan, dt: f64, steps: u32, stop: &AtomicBool) -> Result<Tally, Failure> {
+        let mut tally = Tally::default();
+        let domain = self.domain;
+        let tools_at = |s: u32| -> Vec<ToolNow> {
+            let t = f64::from(s) * dt;
+            plan.tools.iter().map(|path| ToolNow::new(path, &domain, t, t + dt)).collect()
+        };
+        let grid_step = grid_step(plan, &domain, dt);
+        let step = self.step(plan, dt);
+        let mut tools = tools_at(0);
+        self.begin(&ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools }, &mut tally);
+        let mut speed = 0.0;
+        for s in 0..steps {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Failure::Stopped);
+            }
+            if self.travel + 1.5 * speed > MARGIN {
+                self.sort(&mut tally);
+            }
+            let report = self.update_grid(&grid_step, &tools, &mut tally)?;
+            speed = report.speed_max;
+            tally.add_grid(&report);
+            let particles = ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools };
+            if s + 1 < steps {
+                let next = tools_at(s + 1);
+                self.advance(&particles, &next, speed, &mut tally);
+                tools = next;
+            } else {
+                self.end(&particles, speed, &mut tally);
+            }
+        }
+        Ok(tally)
+    }
+
+    /// First half of a frame's first substep: tags and scatter from the stored velocities.
+    fn begin(&mut self, s: &ParticleStep<'_>, tally: &mut Tally) {
+        let near = self.near_blades(s.tools);
+        let moved = tally.add_tags(&passes::tag(s.domain, &mut self.state, &|i| near[i], s.tools));
+        self.travel += moved;
+        if self.travel > MARGIN {
+            self.sort(tally);
+        }
+        passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|_| true);
+    }
+
+    /// Node sums and update; sorts the particles first if the speed found would carry one off its tile.
+    fn update_grid(&mut self, step: &GridStep, tools: &[ToolNow], tally: &mut Tally) -> Result<GridReport, Failure> {
+        let began = Instant::now();
+        let domain = self.domain;
+        let meeting = Meeting { domain: &domain, tools };
+        let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
+        if report.speed_max.is_nan() {
+            return Err(Failure::Health(Health::NON_FINITE));
+        }
+        if report.speed_max > TRAVEL_LIMIT {
+            return Err(Failure::Health(Health::SPEED));
+        }
+        if self.travel + report.speed_max > MARGIN {
+            self.sort(tally);
+            report = self.grid.update(&self.state, &self.tiles, step, &meeting);
+        }
+        tally.timings.grid += began.elapsed().as_secs_f64();
+        Ok(report)
+    }
+
+    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles take sides in between.
+    fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], speed: f32, tally: &mut Tally) {
+        let began = Instant::now();
+        let near = self.near_blades(next);
+        self.travel += speed;
+        if near.iter().any(|n| *n) {
+            let (clamped, tags) = passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next));
+            tally.clamped += clamped;
+            self.travel += tally.add_tags(&tags);
+        }
+        if self.travel > MARGIN {
+            // A particle was put back further than its tile reaches.
+            tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None).0;
+            self.sort(tally);
+            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|_| true);
+        } else {
+            tally.clamped += passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|i| near[i]);
+        }
+        tally.timings.particles += began.elapsed().as_secs_f64();
+    }
+
+    /// Gather of the last substep: velocities are stored.
+    fn end(&mut self, s: &ParticleStep<'_>, speed: f32, tally: &mut Tally) {
+        let began = Instant::now();
+        self.travel += speed;
+        tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
+        tally.timings.particles += began.elapsed().as_secs_f64();
+    }
+
+    fn near_blades(&self, tools: &[ToolNow]) -> Vec<bool> {
+        let is_near = |b: &glam::IVec3| tools.iter().any(|t| t.blade.is_some() && t.is_near_block(*b));
+        self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
+    }
+
+    fn sort(&mut self, tally: &mut Tally) {
+        let began = Instant::now();
+        let old = self.state.sort();
+        self.state.recycle(old);
+        self.travel = 0.0;
+        tally.timings.rebin += began.elapsed().as_secs_f64();
+    }
+
+    fn restore(&mut self) {
+        self.state.hot.clone_from(&self.start.hot);
+        self.state.cold.clone_from(&self.start.cold);
+        let old = self.state.sort();
+        self.state.recycle(old);
+        self.travel = 0.0;
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+    fn step(&self, plan: &FramePlan, dt: f64) -> Step {
+        let (m, dx) = (&plan.material, self.domain.cell_width);
+        let scale = 4.0 * dt * dt / (plan.inertial_density() * dx * dx);
+        Step {
+            law: Law { mu2: (scale * 2.0 * m.lame_mu()) as f32, lambda: (scale * m.lame_lambda()) as f32 },
+            yield_norm: ((2.0f64 / 3.0).sqrt() * m.yield_stress / (2.0 * m.lame_mu())) as f32,
+            velocity_unit: (dx / dt) as f32,
+            rate_unit: (1.0 / dt) as f32,
+            fma: self.fma,
+        }
+    }
+
+    /// Ends the frame: statistics, the published state, the report.
+    #[expect(clippy::too_many_arguments, reason = "called from one place, with all a frame's results")]
+    fn report(
+        &mut self,
+        plan: &FramePlan,
+        tally: &Tally,
+        mut health: Health,
+        redone: u32,
+        dt: f64,
+        steps: u32,
+        began: Instant,
+    ) -> FrameReport {
+        let ended = Instant::now();
+        self.time += dt * f64::from(steps);
+        let before = std::mem::replace(&mut self.stats, Stats::of(&self.domain, &self.state.hot, &self.state.cold));
+        self.start = Arc::new(FrameState { hot: self.state.hot.clone(), cold: self.state.cold.clone(), time: self.time });
+        let density = plan.inertial_density();
+        let node_mass = density * self.domain.cell_width.powi(3) / 8.0;
+        let unit = node_mass * self.domain.cell_width / dt;
+        let mut report = FrameReport { plan_id: plan.id, redone, dt, steps, time: self.time, ..FrameReport::default() };
+        self.stats.write(&mut report, plan);
+        report.momentum_before = before.momentum * density;
+        report.grid_mass = if steps > 0 { self.grid.mass() * node_mass } else { report.particle_mass };
+        report.gravity_impulse = plan.gravity * plan.material.density * self.stats.volume * dt * f64::from(steps);
+        report.wall_impulse = tally.grid.wall_impulse * unit;
+        report.impulse_scale = tally.grid.impulse_scale * unit;
+        report.speed_max = f64::from(tally.speed_max);
+        report.clamped = tally.clamped;
+        report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
+        report.quarantined.clone_from(&self.quarantined);
+        if tally.clamped > 0 {
+            health.insert(Health::STRAIN);
+        }
+        if !self.quarantined.is_empty() {
+            health.insert(Health::QUARANTINED);
+        }
+        if (report.grid_mass / report.particle_mass - 1.0).abs() > 1e-6 {
+            health.insert(Health::MASS_LOST);
+        }
+        report.health = health;
+        report.timings = tally.timings;
+        report.timings.report = ended.elapsed().as_secs_f64();
+        report.timings.total = began.elapsed().as_secs_f64();
+        report
+    }
+}
+
+fn grid_step(plan: &FramePlan, domain: &Domain, dt: f64) -> GridStep {
+    GridStep {
+        gravity: plan.gravity / plan.density_scale * (dt * dt / domain.cell_width),
+        damping: (-plan.validation.damping * dt).exp(),
+    }
+}
+
+fn tool_reports(plan: &FramePlan, tally: &Tally, unit: f64, cell_width: f64, duration: f64) -> Vec<ToolReport> {
+    let per_time = if duration > 0.0 { 1.0 / duration } else { 0.0 };
+    let report = |(i, path): (usize, &super::super::tool::ToolPath)| {
+        let (impulse, angular, contacts) = tally.grid.tools.get(i).copied().unwrap_or((DVec3::ZERO, DVec3::ZERO, 0));
+        let (tagged, pushed_back, depth_max) = tally.tags.get(i).copied().unwrap_or_default();
+        let (impulse, angular_impulse) = (impulse * unit, angular * unit * cell_width);
+        let (force, torque) = (impulse * per_time, angular_impulse * per_time);
+        ToolReport { id: path.id, impulse, angular_impulse, force, torque, contacts, tagged, pushed_back, depth_max }
+    };
+    plan.tools.iter().enumerate().map(report).collect()
+}

@@ -1,0 +1,299 @@
+//! Particles as the kernels want them, and the sort of them into 4^3 blocks.
+//!
+//! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched where a frame starts or
+//! ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`] cells from its cell before it is sorted anew.
+
+use super::super::params::{BLOCK, Domain};
+use super::super::snapshot::{Particle, Tag};
+use glam::IVec3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// How far a particle may stray from its cell between two sorts [cells]: the 7^3 nodes of a block's tile serve offsets in [-0.5, 1.5).
+pub(super) const MARGIN: f32 = 0.5;
+
+/// What every substep of a particle needs.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(super) struct Hot {
+    /// Offset from the cell's low corner [cells].
+    pub offset: [f32; 3],
+    /// Cell, 10 bits an axis.
+    pub cell: u32,
+    /// E = b_e - I.
+    pub strain: [f32; 6],
+    /// Rest volume over an eighth of a cell's: mass in units that are near 1.
+    pub mass: f32,
+    /// Accumulated plastic strain.
+    pub hardening: f32,
+}
+
+/// The rest of a particle.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(super) struct Cold {
+    /// [m/s]
+    pub velocity: [f32; 3],
+    /// [1/s], columns.
+    pub affine: [[f32; 3]; 3],
+    pub id: u32,
+    pub tags: [Tag; 2],
+    pub structure: f32,
+    pub rest_volume: f32,
+}
+
+/// A particle's class: whose node sums it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Class {
+    Untagged,
+    Front,
+    Back,
+}
+
+impl Cold {
+    pub(super) fn class(&self) -> Class {
+        match self.tags[0].side {
+            0 => Class::Untagged,
+            1.. => Class::Front,
+            _ => Class::Back,
+        }
+    }
+}
+
+pub(super) fn pack_cell(cell: [i32; 3]) -> u32 {
+    (cell[0] | cell[1] << 10 | cell[2] << 20).cast_unsigned()
+}
+
+#[inline(always)]
+pub(super) fn unpack_cell(cell: u32) -> [i32; 3] {
+    [cell & 1023, cell >> 10 & 1023, cell >> 20].map(u32::cast_signed)
+}
+
+impl Hot {
+    /// Moves whole cells of the offset into the cell index.
+    fn normalise(&mut self) {
+        let mut cell = unpack_cell(self.cell);
+        for (c, x) in cell.iter_mut().zip(&mut self.offset) {
+            let whole = x.floor();
+            *x -= whole;
+            // An offset of -1e-9 has the floor -1 and rounds to 1.0: still within the margin, as 1.5 is.
+            *c += whole as i32;
+        }
+        self.cell = pack_cell(cell);
+    }
+}
+
+/// The particle as a snapshot holds it.
+pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
+    let mut h = *hot;
+    h.normalise();
+    Particle {
+        cell: unpack_cell(h.cell),
+        offset: h.offset,
+        velocity: cold.velocity,
+        affine: cold.affine,
+        elastic_strain: h.strain,
+        hardening: h.hardening,
+        structure: cold.structure,
+        rest_volume: cold.rest_volume,
+        id: cold.id,
+        tags: cold.tags,
+    }
+}
+
+/// The particles of one block, which follow those of the block before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Run {
+    /// Particles untagged, in front, behind; in this order.
+    pub counts: [usize; 3],
+}
+
+impl Run {
+    pub(super) fn len(&self) -> usize {
+        self.counts.iter().sum()
+    }
+}
+
+/// The dense table from block coordinates to slots.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    extent: IVec3,
+    slots: Vec<u32>,
+}
+
+impl Table {
+    fn index(&self, block: IVec3) -> Option<usize> {
+        let inside = block.cmpge(IVec3::ZERO).all() && block.cmplt(self.extent).all();
+        inside.then(|| (((block.z * self.extent.y + block.y) * self.extent.x) + block.x) as usize)
+    }
+
+    /// The slot of a block, if it has one.
+    pub(super) fn slot(&self, block: IVec3) -> Option<usize> {
+        self.slots[self.index(block)?].checked_sub(1).map(|s| s as usize)
+    }
+
+    fn coords(&self, index: u32) -> IVec3 {
+        let (i, e) = (index.cast_signed(), self.extent);
+        IVec3::new(i % e.x, i / e.x % e.y, i / e.x / e.y)
+    }
+}
+
+/// All particles in block order.
+#[derive(Debug)]
+pub(super) struct State {
+    pub hot: Vec<Hot>,
+    pub cold: Vec<Cold>,
+    /// Blocks with particles, in slot order.
+    pub runs: Vec<Run>,
+    /// Coordinates of every block with nodes: those with particles first, then their neighbours.
+    pub blocks: Vec<IVec3>,
+    /// Slot of each block in `blocks`.
+    pub table: Arc<Table>,
+    /// A cleared table, to be used by the next sort.
+    spare: Option<Table>,
+}
+
+impl State {
+    #[expect(clippy::cast_possible_truncation, reason = "mass is f32 in the kernels")]
+    pub(super) fn new(domain: &Domain, particles: &[Particle]) -> Self {
+        let unit = domain.cell_width.powi(3) / 8.0;
+        let hot = |p: &Particle| Hot {
+            offset: p.offset,
+            cell: pack_cell(p.cell),
+            strain: p.elastic_strain,
+            mass: (f64::from(p.rest_volume) / unit) as f32,
+            hardening: p.hardening,
+        };
+        let cold = |p: &Particle| Cold {
+            velocity: p.velocity,
+            affine: p.affine,
+            id: p.id,
+            tags: p.tags,
+            structure: p.structure,
+            rest_volume: p.rest_volume,
+        };
+        let extent = domain.blocks();
+        let slots = vec![0; (extent.x * extent.y * extent.z) as usize];
+        let mut state = Self {
+            hot: particles.iter().map(hot).collect(),
+            cold: particles.iter().map(cold).collect(),
+            runs: vec![],
+            blocks: vec![],
+            table: Arc::new(Table { extent, slots }),
+            spare: None,
+        };
+        state.sort();
+        state
+    }
+
+    /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on nothing else, so runs repeat.
+    /// Returns the table before: tiles scattered before the sort are found through it.
+    pub(super) fn sort(&mut self) -> Arc<Table> {
+        self.hot.par_iter_mut().for_each(Hot::normalise);
+        let mut table =
+            self.spare.take().unwrap_or_else(|| Table { extent: self.table.extent, slots: vec![0; self.table.slots.len()] });
+        let block_of = |h: &Hot| {
+            let c = unpack_cell(h.cell).map(|c| c / BLOCK);
+            ((c[2] * table.extent.y + c[1]) * table.extent.x + c[0]).cast_unsigned()
+        };
+        // Count, then place: `slots` holds counts, then running positions, then slots.
+        let mut indices: Vec<u32> = self.hot.par_iter().map(block_of).collect();
+        let mut touched = vec![];
+        for &b in &indices {
+            if table.slots[b as usize] == 0 {
+                touched.push(b);
+            }
+            table.slots[b as usize] += 1;
+        }
+        touched.par_sort_unstable();
+        self.runs.clear();
+        let mut start = 0u32;
+        for &b in &touched {
+            let count = std::mem::replace(&mut table.slots[b as usize], start);
+            self.runs.push(Run { counts: [count as usize, 0, 0] });
+            start += count;
+        }
+        let mut order = vec![(0u64, 0u32); self.hot.len()];
+        for (i, b) in indices.drain(..).enumerate() {
+            let at = &mut table.slots[b as usize];
+            let (h, c) = (&self.hot[i], &self.cold[i]);
+            order[*at as usize] = ((c.class() as u64) << 62 | u64::from(h.cell) << 32 | u64::from(c.id), i as u32);
+            *at += 1;
+        }
+        self.permute(&mut order);
+        self.list_blocks(&mut table, &touched);
+        std::mem::replace(&mut self.table, Arc::new(table))
+    }
+
+    /// Orders each block's particles by their keys (class, cell, id) and moves them there.
+    fn permute(&mut self, order: &mut [(u64, u32)]) {
+        let lengths: Vec<usize> = self.runs.iter().map(Run::len).collect();
+        let counts: Vec<[usize; 3]> = split(order, &lengths)
+            .into_par_iter()
+            .map(|block| {
+                block.sort_unstable();
+                let front = block.partition_point(|k| k.0 >> 62 < Class::Front as u64);
+                let back = block.partition_point(|k| k.0 >> 62 < Class::Back as u64);
+                [front, back - front, block.len() - back]
+            })
+            .collect();
+        for (run, counts) in self.runs.iter_mut().zip(counts) {
+            run.counts = counts;
+        }
+        let (hot, cold) = (&self.hot, &self.cold);
+        (self.hot, self.cold) = order.par_iter().map(|k| (hot[k.1 as usize], cold[k.1 as usize])).unzip();
+    }
+
+    /// Gives slots to the touched blocks, then to their neighbours that have no particles but share nodes.
+    fn list_blocks(&mut self, table: &mut Table, touched: &[u32]) {
+        self.blocks.clear();
+        for &b in touched {
+            self.blocks.push(table.coords(b));
+            table.slots[b as usize] = self.blocks.len() as u32;
+        }
+        for i in 0..touched.len() {
+            let centre = self.blocks[i];
+            for offset in NEIGHBOURS {
+                if let Some(k) = table.index(centre + offset)
+                    && table.slots[k] == 0
+                {
+                    self.blocks.push(centre + offset);
+                    table.slots[k] = self.blocks.len() as u32;
+                }
+            }
+        }
+    }
+
+    /// Takes back a table no tile refers to any more.
+    pub(super) fn recycle(&mut self, table: Arc<Table>) {
+        if self.spare.is_none()
+            && let Ok(mut table) = Arc::try_unwrap(table)
+        {
+            table.slots.fill(0);
+            self.spare = Some(table);
+        }
+    }
+}
+
+/// Offsets of a block's 27 neighbours, itself included, x fastest.
+pub(super) const NEIGHBOURS: [IVec3; 27] = {
+    let mut out = [IVec3::ZERO; 27];
+    let mut i = 0;
+    while i < 27 {
+        out[i] = IVec3::new(i as i32 % 3 - 1, i as i32 / 3 % 3 - 1, i as i32 / 9 - 1);
+        i += 1;
+    }
+    out
+};
+
+/// Cuts a slice into consecutive parts.
+pub(super) fn split<'a, T>(mut rest: &'a mut [T], lengths: &[usize]) -> Vec<&'a mut [T]> {
+    lengths
+        .iter()
+        .map(|&n| {
+            let (head, tail) = std::mem::take(&mut rest).split_at_mut(n);
+            rest = tail;
+            head
+        })
+        .collect()
+}
