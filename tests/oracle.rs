@@ -306,6 +306,19 @@ fn separating_floor_never_pulls() {
     assert_eq!(reports[249].wall_impulse, DVec3::ZERO, "the block has left");
 }
 
+/// A particle 1.2 cells above a wall gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: that part of its velocity is stopped.
+#[test]
+fn wall_acts_on_the_last_node_of_a_stencil() {
+    for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
+        let mut oracle = empty([8.0; 3], all(wall), elastic(0.3));
+        fill(&mut oracle, [4.0, 0.7, 4.0], [1; 3], [1; 3]);
+        oracle.particles[0].velocity.y = -0.1;
+        oracle.run(&plan(&oracle, 0.5, 1));
+        let expected = -0.1 * (1.0 - 0.045);
+        assert!((oracle.particles[0].velocity.y - expected).abs() < 1e-15, "{wall:?}: {}", oracle.particles[0].velocity);
+    }
+}
+
 /// A block at rest in the corner of three walls, slip or stick, with diagonal gravity: the walls carry its weight.
 #[test]
 fn corner_carries_the_weight() {
