@@ -1,6 +1,7 @@
 //! The f64 oracle against closed forms: free flight, rotation, waves, weight, walls, tools and cuts.
 
 use bevy_clay::sim::engine::{FramePlan, FrameReport, Validation};
+use bevy_clay::sim::health::Health;
 use bevy_clay::sim::material::{ClayMaterial, Preset};
 use bevy_clay::sim::oracle::{Oracle, Particle, law};
 use bevy_clay::sim::params::{Domain, WALL_NODE, Wall, Walls};
@@ -265,6 +266,21 @@ fn momentum_balances_with_walls_and_every_tool() {
     }
 }
 
+/// A box drags the foot of a block along a frictionless floor: the floor takes no part in it, the box gives all of the momentum.
+#[test]
+fn slip_floor_takes_no_tangential_impulse() {
+    let mut oracle = empty([16.0, 12.0, 12.0], all(Wall::Slip), elastic(0.3));
+    fill(&mut oracle, [4.0, 0.0, 4.0], [4, 4, 4], [2, 2, 2]);
+    let plan = plan(&oracle, 0.7, 40);
+    let foot = ToolShape::Box { half_size: DVec3::new(1.2, 1.2, 1.2) * CELL_WIDTH };
+    let drag = moving(1, foot, Contact::Stick, DQuat::IDENTITY, [5.0, 1.0, 6.0], [5.3, 1.0, 6.1], plan.duration());
+    let report = oracle.run(&FramePlan { tools: vec![drag], gravity: DVec3::new(0.3, -9.81, 0.2), ..plan });
+    let wall = report.wall_impulse;
+    let dragged = report.tools[0].impulse.length();
+    assert!(dragged > 1e-3 * report.impulse_scale && wall.y.abs() > 1e-3 * dragged, "{dragged} {wall}");
+    assert!(wall.x.abs() < 1e-12 * report.impulse_scale && wall.z.abs() < 1e-12 * report.impulse_scale, "{wall} {dragged}");
+}
+
 /// A block thrown up from a separating floor leaves with all its momentum; one that falls on it and bounces is only ever pushed.
 #[test]
 fn separating_floor_never_pulls() {
@@ -290,6 +306,19 @@ fn separating_floor_never_pulls() {
     assert_eq!(reports[249].wall_impulse, DVec3::ZERO, "the block has left");
 }
 
+/// A particle 1.2 cells above a wall gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: that part of its velocity is stopped.
+#[test]
+fn wall_acts_on_the_last_node_of_a_stencil() {
+    for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
+        let mut oracle = empty([8.0; 3], all(wall), elastic(0.3));
+        fill(&mut oracle, [4.0, 0.7, 4.0], [1; 3], [1; 3]);
+        oracle.particles[0].velocity.y = -0.1;
+        oracle.run(&plan(&oracle, 0.5, 1));
+        let expected = -0.1 * (1.0 - 0.045);
+        assert!((oracle.particles[0].velocity.y - expected).abs() < 1e-15, "{wall:?}: {}", oracle.particles[0].velocity);
+    }
+}
+
 /// A block at rest in the corner of three walls, slip or stick, with diagonal gravity: the walls carry its weight.
 #[test]
 fn corner_carries_the_weight() {
@@ -310,7 +339,7 @@ fn corner_carries_the_weight() {
     }
 }
 
-/// Sum of m v_x [kg m/s] of the particles that `is_front` names.
+/// Momentum along x [kg m/s] of the particles that `is_front` names.
 fn momentum_x(oracle: &Oracle, is_front: &[bool]) -> f64 {
     let parts = oracle.particles.iter().zip(is_front).filter(|(_, front)| **front);
     parts.map(|(p, _)| p.rest_volume * oracle.material.density * p.velocity.x).sum()
@@ -418,4 +447,41 @@ fn withdrawn_blade_leaves_the_cut() {
     oracle.particles.iter_mut().for_each(|p| p.tags[0] = Tag::default());
     let healed = pull(&mut oracle);
     assert!((kept - 1.0).abs() < 1e-12 && healed < 0.7, "cut {kept}, healed {healed}");
+}
+
+/// An isolated particle sheared alike near a tool and far from it gains `s sY / (3 mu)` more plastic strain near it: the yield stress is
+/// `sY (1 - s)` there.
+#[test]
+fn clay_near_the_tool_is_softer_by_the_softening() {
+    let softening = 0.4;
+    let hardening = |distance: f64| {
+        let mut oracle = empty([32.0, 8.0, 8.0], all(Wall::Slip), ClayMaterial { softening, ..Preset::SoftClay.material() });
+        fill(&mut oracle, [3.3, 3.4, 3.6], [1; 3], [1; 3]);
+        let plan = plan(&oracle, 0.5, 1);
+        oracle.particles[0].affine.y_axis.x = 0.2 / plan.dt;
+        let ball = Tool { shape: ToolShape::Sphere { radius: CELL_WIDTH }, contact: Contact::Slip };
+        let pose = Pose { position: world([4.8 + distance, 3.9, 4.1]), ..Pose::default() };
+        oracle.run(&FramePlan { tools: vec![ToolPath::still(1, ball, pose)], ..plan });
+        oracle.particles[0].hardening
+    };
+    let material = Preset::SoftClay.material();
+    let expected = softening * material.yield_stress / (3.0 * material.lame_mu());
+    // 3 cells is near, 24 cells is 7 softening lengths beyond.
+    let measured = hardening(2.9) - hardening(24.0);
+    assert!((measured / expected - 1.0).abs() < 2e-3, "{measured} {expected}");
+}
+
+/// A snapshot comes back as it was, to f32; a particle that is not finite is frozen, named, and harms nobody.
+#[test]
+fn snapshot_round_trips_and_freezes_what_is_not_finite() {
+    let (mut oracle, _) = cut_block(12.0, true, 0.1);
+    oracle.run(&plan(&oracle, 0.7, 5));
+    let mut snapshot = oracle.snapshot();
+    assert_eq!(Oracle::new(&snapshot).snapshot(), snapshot);
+    snapshot.particles[3].velocity[1] = f32::NAN;
+    let mut loaded = Oracle::new(&snapshot);
+    let report = loaded.run(&plan(&loaded, 0.7, 5));
+    assert_eq!((report.quarantined, report.particle_count), (vec![3], snapshot.particles.len() - 1));
+    assert!(report.momentum.is_finite() && report.health.contains(Health::QUARANTINED));
+    assert_eq!(loaded.snapshot().particles.len(), snapshot.particles.len());
 }

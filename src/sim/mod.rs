@@ -22,15 +22,15 @@
 //!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for
 //!    each class of particles: untagged U, front F (side +1), back B (side -1).
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
-//!    1. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that
-//!       answers) the node is split and its owner is the sign of the distance (0 counts as front). Else it is split where
-//!       `m_F + m_B > (m_U + m_F + m_B) / 2`, with owner front if `m_F >= m_B`; else it is whole. A split node has two fields: *main*
-//!       = U + owner's class, *other* = the other class; a whole node has one: all three. A ghost node of a wall (see 2) is divided as its mirror is.
-//!    2. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
-//!       first, each field apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or subtracts (stick).
-//!       A separating wall folds a column of three nodes only while its reaction
+//!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
+//!       first, each class apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or subtracts (stick).
+//!       A separating wall folds a column of three nodes only while its reaction, of the classes' totals,
 //!       `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` with `v = (p+ - p-) / (m+ + m-) + g'` is positive: `+` mirror, `0` wall node, `-` ghost, `p`
 //!       the normal momenta away from the wall, `g' = g h (rho / rho_s)` along it; else that column has no wall in this substep.
+//!    2. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that
+//!       answers) the node is split and its owner is the sign of the distance (0 counts as front). Else it is split where
+//!       `m_F + m_B > (m_U + m_F + m_B) / 2` (folded masses here and below), with owner front if `m_F >= m_B`; else it is whole. A split node has
+//!       two fields: *main* = U + owner's class, *other* = the other class; a whole node has one: all three. A folded ghost is divided as its mirror is.
 //!    3. **Velocity** `v = p / m + g h (rho / rho_s)` of folded sums, times `exp(-damping h)`. (Gravity folded too, as the image of falling clay
 //!       has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4 at 32 cells.)
 //!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
@@ -42,11 +42,11 @@
 //!    5. **Solid tools** in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`](tool::CONTACT_OFFSET) get, in each field, the tool's contact with
 //!       its velocity at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward normal. Contact: stick `v = v_t`; slip removes the relative
 //!       normal velocity; separate removes it only if negative and reduces the relative tangential speed by at most friction times the
-//!       normal change. Impulses `m (v_before - v_after)` sum up on the tool, with unfolded
-//!       masses. Ghost nodes of folded columns take no part in 4 and 5.
+//!       normal change. Impulses `m (v_before - v_after)` sum up on the tool. Ghost nodes of folded
+//!       columns take no part in 4 and 5.
 //!    6. **Walls.** At wall nodes the normal (stick: every) component is 0; each ghost of a folded column takes its mirror's velocity, field by field,
-//!       with the folded components reversed (last fold first). With unfolded masses, the wall's impulse is what steps 2-6 changed of the
-//!       momentum of wall nodes and folded columns beyond gravity, damping and tools; all other nodes give it nothing.
+//!       with the folded components reversed (last fold first). The wall's impulse is what the unfolded masses of wall nodes and folded
+//!       columns gained beyond gravity, damping, tools and the other side; all other nodes give it nothing.
 //! 4. `g2p`, from the particle's own class's field: `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`; `x += h v / dx`; the room's walls stop `x`;
 //!    `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if `|d| > y = sqrt(2/3) sY(distance) / (2 mu)`,
 //!    with the distance from the new `x` to the nearest tool at `t + h`: `d *= y / |d|`, hardening `+= sqrt(2/3) (|d| - y)`; `E = exp(2 H) - I`. Eigenvalues of `b` are clamped to

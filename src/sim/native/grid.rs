@@ -139,16 +139,15 @@ impl Grid {
 
     fn update_cuts(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> Vec<GridReport> {
         let cut: Vec<usize> = (0..state.blocks.len()).filter(|i| self.side_slot[*i] != 0).collect();
-        self.sides.par_iter_mut().zip(&mut self.side_mass).zip(&cut).for_each(|((sides, mass), i)| {
+        let nodes = &self.nodes;
+        self.sides.par_iter_mut().zip(&mut self.side_mass).zip(&cut).for_each(|((sides, mass), &i)| {
             for side in 0..2 {
-                sum(&mut sides[side], tiles, state.blocks[*i], |slot| {
+                sum(&mut sides[side], tiles, state.blocks[i], |slot| {
                     let slot = tiles.side_slot[slot].checked_sub(1)?;
                     Some(&tiles.sides[slot as usize][side])
                 });
-                for (m, q) in mass[side].iter_mut().zip(&sides[side]) {
-                    *m = q.0[3];
-                }
             }
+            *mass = special::side_masses(&nodes[i], sides, state.blocks[i], step, meeting.domain);
         });
         let (side_slot, side_mass) = (&self.side_slot, &self.side_mass);
         let mass = |node: IVec3, side: usize| {

@@ -61,17 +61,18 @@ impl Division {
     }
 }
 
-/// A column of nodes across a wall while the wall acts on one of its fields.
-struct Fold {
+/// A column of nodes across a wall.
+struct Column {
     axis: usize,
     ghost: usize,
     wall: usize,
     mirror: usize,
     kind: Wall,
-    field: usize,
+    /// Direction away from the wall along the axis.
+    inward: f64,
 }
 
-impl Fold {
+impl Column {
     /// Reverses the components that the image of clay in this wall has reversed.
     fn reflect(&self, mut v: DVec3) -> DVec3 {
         if self.kind == Wall::Stick {
@@ -82,53 +83,8 @@ impl Fold {
     }
 }
 
-/// The 64 nodes.
-struct Block {
-    class_mass: [[f64; 3]; 64],
-    division: [Division; 64],
-    /// What the particles brought, field by field.
-    own: [[Sum; 2]; 64],
-    /// The same with what walls folded onto or away from the node.
-    folded: [[Sum; 2]; 64],
-    velocity: [[DVec3; 2]; 64],
-    /// Impulse of tools and of the other side on each field.
-    pushed: [[DVec3; 2]; 64],
-    is_at_wall: [[bool; 2]; 64],
-    is_ghost: [[bool; 2]; 64],
-    report: GridReport,
-}
-
-/// Updates `nodes` (untagged, or all clay) and `sides` (front and back) from sums to velocities; masses stay as they were summed.
-/// `gradients` are those of front and back mass at a node.
-pub(super) fn update(
-    nodes: &mut Nodes,
-    sides: Option<&mut [Nodes; 2]>,
-    block: IVec3,
-    step: &GridStep,
-    meeting: &Meeting<'_>,
-    gradients: &dyn Fn(IVec3) -> [DVec3; 2],
-) -> GridReport {
-    let columns = columns(block, meeting.domain);
-    let mut b = Block::load(nodes, sides.as_deref(), block, step, meeting, &columns);
-    let folds = b.fold(columns, step);
-    b.move_fields(step);
-    for k in 0..64 {
-        let node = block * BLOCK + offset(k);
-        b.meet(k, node, meeting, gradients);
-    }
-    b.unfold(&folds, step);
-    b.store(nodes, sides);
-    b.report
-}
-
-/// Position in the block of node `k`.
-fn offset(k: usize) -> IVec3 {
-    let k = k as i32;
-    IVec3::new(k / 16, k / 4 % 4, k % 4)
-}
-
-/// The columns of nodes across the walls that stand in the block, axis by axis, with the inward direction.
-fn columns(block: IVec3, domain: &Domain) -> Vec<(Fold, f64)> {
+/// The columns of the walls that stand in the block, axis by axis.
+fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
     let mut columns = vec![];
     let (low, high) = domain.wall_nodes();
     for axis in 0..3 {
@@ -144,23 +100,24 @@ fn columns(block: IVec3, domain: &Domain) -> Vec<(Fold, f64)> {
                     local(c[0], c[1], c[2])
                 };
                 let w = wall % BLOCK;
-                let fold = Fold { axis, ghost: at(w - inward), wall: at(w), mirror: at(w + inward), kind, field: MAIN };
-                columns.push((fold, f64::from(inward)));
+                let (ghost, wall, mirror) = (at(w - inward), at(w), at(w + inward));
+                columns.push(Column { axis, ghost, wall, mirror, kind, inward: f64::from(inward) });
             }
         }
     }
     columns
 }
 
-impl Block {
-    fn load(
-        nodes: &Nodes,
-        sides: Option<&[Nodes; 2]>,
-        block: IVec3,
-        step: &GridStep,
-        meeting: &Meeting<'_>,
-        columns: &[(Fold, f64)],
-    ) -> Self {
+/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from each node.
+struct Classes {
+    own: [[Sum; 3]; 64],
+    folded: [[Sum; 3]; 64],
+    /// The columns that a wall acts on, in the order of folding.
+    folds: Vec<Column>,
+}
+
+impl Classes {
+    fn new(nodes: &Nodes, sides: Option<&[Nodes; 2]>, block: IVec3, step: &GridStep, domain: &Domain) -> Self {
         let class = |k: usize, class: usize| {
             let q = match (class, sides) {
                 (UNTAGGED, _) => nodes[k].0,
@@ -170,76 +127,111 @@ impl Block {
             let q = q.map(f64::from);
             Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
         };
-        let class_mass: [[f64; 3]; 64] = std::array::from_fn(|k| std::array::from_fn(|c| class(k, c).mass));
-        // A ghost is its mirror's image and divided as that is, so that folding never mixes two sides.
-        let mut image: [usize; 64] = std::array::from_fn(|k| k);
-        for (c, _) in columns {
-            image[c.ghost] = image[c.mirror];
-        }
-        let mut own = [[Sum::default(); 2]; 64];
-        let division = std::array::from_fn(|k| divide(block * BLOCK + offset(image[k]), &class_mass[image[k]], meeting));
-        for k in 0..64 {
-            for c in [UNTAGGED, FRONT, BACK] {
-                let field = &mut own[k][division[k].field_of(c)];
-                *field = field.plus(class(k, c));
+        let own = std::array::from_fn(|k| std::array::from_fn(|c| class(k, c)));
+        let mut classes = Self { own, folded: own, folds: vec![] };
+        for column in columns(block, domain) {
+            if column.kind != Wall::Separate || classes.reaction(&column, step) > 0.0 {
+                classes.fold(column);
             }
         }
-        let free = own.iter().flatten().fold(DVec3::ZERO, |p, f| p + f.momentum + f.mass * step.gravity);
-        let report = GridReport {
-            tools: vec![Default::default(); meeting.tools.len()],
-            damping_impulse: free * (step.damping - 1.0),
-            ..GridReport::default()
-        };
-        let (velocity, pushed) = ([[DVec3::ZERO; 2]; 64], [[DVec3::ZERO; 2]; 64]);
-        let (is_at_wall, is_ghost) = ([[false; 2]; 64], [[false; 2]; 64]);
-        Self { class_mass, division, own, folded: own, velocity, pushed, is_at_wall, is_ghost, report }
-    }
-
-    /// Folds ghost nodes onto their mirrors, axis by axis; returns the columns that a wall acts on.
-    fn fold(&mut self, columns: Vec<(Fold, f64)>, step: &GridStep) -> Vec<Fold> {
-        let mut folds = vec![];
-        for (column, inward) in columns {
-            for field in [MAIN, OTHER] {
-                let fold = Fold { field, ..column };
-                if fold.kind == Wall::Separate && self.reaction(&fold, inward, step) <= 0.0 {
-                    continue;
-                }
-                let ghost = std::mem::take(&mut self.folded[fold.ghost][field]);
-                let mirror = &mut self.folded[fold.mirror][field];
-                *mirror = mirror.plus(Sum { momentum: fold.reflect(ghost.momentum), ..ghost });
-                self.is_ghost[fold.ghost][field] = true;
-                [fold.ghost, fold.wall, fold.mirror].into_iter().for_each(|k| self.is_at_wall[k][field] = true);
-                folds.push(fold);
-            }
-        }
-        folds
+        classes
     }
 
     /// Normal impulse of the wall on the clay if it folded this column.
-    fn reaction(&self, f: &Fold, inward: f64, step: &GridStep) -> f64 {
-        let part = |k: usize| {
-            let sum = self.folded[k][f.field];
-            (sum.mass, sum.momentum[f.axis] * inward)
+    fn reaction(&self, c: &Column, step: &GridStep) -> f64 {
+        let total = |k: usize| {
+            let sum = self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
+            (sum.mass, sum.momentum[c.axis] * c.inward)
         };
-        let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (part(f.ghost), part(f.wall), part(f.mirror));
-        let gravity = step.gravity[f.axis] * inward;
+        let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (total(c.ghost), total(c.wall), total(c.mirror));
+        let gravity = step.gravity[c.axis] * c.inward;
         let mass = m_mirror + m_ghost;
         let velocity = if mass > 0.0 { (mirror - ghost) / mass + gravity } else { 0.0 };
         (m_mirror - m_ghost) * velocity - (mirror + wall + ghost) - (mass + m_wall) * gravity
     }
 
-    fn move_fields(&mut self, step: &GridStep) {
-        for (velocity, folded) in self.velocity.iter_mut().flatten().zip(self.folded.iter().flatten()) {
-            // A NaN mass must show.
-            if folded.mass > 0.0 || folded.mass.is_nan() {
-                *velocity = (folded.momentum / folded.mass + step.gravity) * step.damping;
+    fn fold(&mut self, column: Column) {
+        let ghost = std::mem::take(&mut self.folded[column.ghost]);
+        for (mirror, ghost) in self.folded[column.mirror].iter_mut().zip(ghost) {
+            *mirror = mirror.plus(Sum { momentum: column.reflect(ghost.momentum), ..ghost });
+        }
+        self.folds.push(column);
+    }
+}
+
+/// Folded masses of front and back clay at the nodes of a block: what the normal of a cut is made of.
+#[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
+pub(super) fn side_masses(nodes: &Nodes, sides: &[Nodes; 2], block: IVec3, step: &GridStep, domain: &Domain) -> [[f32; 64]; 2] {
+    let classes = Classes::new(nodes, Some(sides), block, step, domain);
+    [FRONT, BACK].map(|class| std::array::from_fn(|k| classes.folded[k][class].mass as f32))
+}
+
+/// The 64 nodes.
+struct Block {
+    classes: Classes,
+    division: [Division; 64],
+    /// Folded sums of the fields.
+    field: [[Sum; 2]; 64],
+    velocity: [[DVec3; 2]; 64],
+    /// Impulse of tools and of the other side on the node.
+    pushed: [DVec3; 64],
+    is_ghost: [bool; 64],
+    report: GridReport,
+}
+
+/// Updates `nodes` (untagged, or all clay) and `sides` (front and back) from sums to velocities; masses stay as they were summed.
+/// `gradients` are those of front and back mass at a node.
+pub(super) fn update(
+    nodes: &mut Nodes,
+    sides: Option<&mut [Nodes; 2]>,
+    block: IVec3,
+    step: &GridStep,
+    meeting: &Meeting<'_>,
+    gradients: &dyn Fn(IVec3) -> [DVec3; 2],
+) -> GridReport {
+    let classes = Classes::new(nodes, sides.as_deref(), block, step, meeting.domain);
+    let mut b = Block::new(classes, block, step, meeting);
+    for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
+        b.meet(k, block * BLOCK + offset(k), meeting, gradients);
+    }
+    b.unfold(step);
+    b.store(nodes, sides);
+    b.report
+}
+
+/// Position in the block of node `k`.
+fn offset(k: usize) -> IVec3 {
+    let k = k as i32;
+    IVec3::new(k / 16, k / 4 % 4, k % 4)
+}
+
+impl Block {
+    /// Tells the sides apart and makes momentum velocity.
+    fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
+        let division = std::array::from_fn(|k| divide(block * BLOCK + offset(k), &classes.folded[k], meeting));
+        let mut field = [[Sum::default(); 2]; 64];
+        let mut velocity = [[DVec3::ZERO; 2]; 64];
+        for k in 0..64 {
+            for c in [UNTAGGED, FRONT, BACK] {
+                let sum = &mut field[k][division[k].field_of(c)];
+                *sum = sum.plus(classes.folded[k][c]);
+            }
+            for (v, sum) in velocity[k].iter_mut().zip(field[k]) {
+                // A NaN mass must show.
+                if sum.mass > 0.0 || sum.mass.is_nan() {
+                    *v = (sum.momentum / sum.mass + step.gravity) * step.damping;
+                }
             }
         }
-    }
-
-    /// Whether contact acts on a field: there is clay, and it is not the image of clay elsewhere.
-    fn takes_contact(&self, k: usize, field: usize) -> bool {
-        self.folded[k][field].mass > 0.0 && !self.is_ghost[k][field]
+        let mut is_ghost = [false; 64];
+        classes.folds.iter().for_each(|c| is_ghost[c.ghost] = true);
+        let free = classes.own.iter().flatten().fold(DVec3::ZERO, |p, s| p + s.momentum + s.mass * step.gravity);
+        let report = GridReport {
+            tools: vec![Default::default(); meeting.tools.len()],
+            damping_impulse: free * (step.damping - 1.0),
+            ..GridReport::default()
+        };
+        Self { classes, division, field, velocity, pushed: [DVec3::ZERO; 64], is_ghost, report }
     }
 
     /// One node: the two sides, then the solid tools in order.
@@ -271,14 +263,15 @@ impl Block {
 
     /// A tool's contact on one field; the tool feels the opposite impulse.
     fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3) {
-        if !self.takes_contact(k, field) {
+        let mass = self.field[k][field].mass;
+        if mass <= 0.0 {
             return;
         }
         let before = self.velocity[k][field];
         let after = tool.apply(before, world, normal);
-        let impulse = self.own[k][field].mass * (after - before);
+        let impulse = mass * (after - before);
         self.velocity[k][field] = after;
-        self.pushed[k][field] += impulse;
+        self.pushed[k] += impulse;
         self.report.impulse_scale += impulse.length();
         let sum = &mut self.report.tools[index];
         sum.0 -= impulse;
@@ -290,43 +283,45 @@ impl Block {
     /// the mass, `m_B grad m_F - m_F grad m_B` up to scale: where both thin out alike, at a free surface or the rim of the tagged
     /// layer, it stays the cut's.
     fn exchange(&mut self, k: usize, [front_gradient, back_gradient]: [DVec3; 2]) {
-        let [_, m_front, m_back] = self.class_mass[k];
-        let total = m_front + m_back;
-        let normal = ((m_back / total) * front_gradient - (m_front / total) * back_gradient).try_normalize();
+        let [_, front, back] = self.classes.folded[k].map(|s| s.mass);
+        let total = front + back;
+        let normal = ((back / total) * front_gradient - (front / total) * back_gradient).try_normalize();
         let (f, b) = (self.division[k].field_of(FRONT), self.division[k].field_of(BACK));
-        let (Some(n), true) = (normal, self.takes_contact(k, f) && self.takes_contact(k, b)) else { return };
+        let (m_f, m_b) = (self.field[k][f].mass, self.field[k][b].mass);
+        let Some(n) = normal.filter(|_| m_f > 0.0 && m_b > 0.0) else { return };
         let relative = self.velocity[k][f] - self.velocity[k][b];
         let approach = relative.dot(n);
         if approach >= 0.0 {
             return;
         }
-        let (m_f, m_b) = (self.folded[k][f].mass, self.folded[k][b].mass);
         let slide = relative - approach * n;
         let stop = slide.length().min(-approach * CUT_FRICTION);
         let impulse = m_f * m_b / (m_f + m_b) * (-approach * n - slide.normalize_or_zero() * stop);
-        for (field, impulse, mass) in [(f, impulse, m_f), (b, -impulse, m_b)] {
-            self.velocity[k][field] += impulse / mass;
-            self.pushed[k][field] += impulse;
-        }
+        self.velocity[k][f] += impulse / m_f;
+        self.velocity[k][b] -= impulse / m_b;
     }
 
     /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; books the walls' impulse.
-    fn unfold(&mut self, folds: &[Fold], step: &GridStep) {
-        for f in folds.iter().rev() {
-            self.velocity[f.ghost][f.field] = f.reflect(self.velocity[f.mirror][f.field]);
-            let at_wall = &mut self.velocity[f.wall][f.field];
-            *at_wall = 0.5 * (*at_wall + f.reflect(*at_wall));
-        }
-        for k in 0..64 {
+    fn unfold(&mut self, step: &GridStep) {
+        let mut is_at_wall = [false; 64];
+        for c in self.classes.folds.iter().rev() {
+            self.division[c.ghost] = self.division[c.mirror];
             for field in [MAIN, OTHER] {
-                if self.is_at_wall[k][field] {
-                    let own = self.own[k][field];
-                    let free = step.damping * (own.momentum + own.mass * step.gravity);
-                    let impulse = own.mass * self.velocity[k][field] - free - self.pushed[k][field];
-                    self.report.wall_impulse += impulse;
-                    self.report.impulse_scale += impulse.length();
-                }
+                self.velocity[c.ghost][field] = c.reflect(self.velocity[c.mirror][field]);
+                let at_wall = &mut self.velocity[c.wall][field];
+                *at_wall = 0.5 * (*at_wall + c.reflect(*at_wall));
             }
+            [c.ghost, c.wall, c.mirror].into_iter().for_each(|k| is_at_wall[k] = true);
+        }
+        for k in (0..64).filter(|k| is_at_wall[*k]) {
+            let mut impulse = -self.pushed[k];
+            for class in [UNTAGGED, FRONT, BACK] {
+                let Sum { mass, momentum } = self.classes.own[k][class];
+                let free = step.damping * (momentum + mass * step.gravity);
+                impulse += mass * self.velocity[k][self.division[k].field_of(class)] - free;
+            }
+            self.report.wall_impulse += impulse;
+            self.report.impulse_scale += impulse.length();
         }
     }
 
@@ -351,7 +346,8 @@ impl Block {
 }
 
 /// Whether the node at `node` is split: by the first blade in whose band it stands, else where most of its mass is tagged.
-fn divide(node: IVec3, &[untagged, front, back]: &[f64; 3], meeting: &Meeting<'_>) -> Division {
+fn divide(node: IVec3, classes: &[Sum; 3], meeting: &Meeting<'_>) -> Division {
+    let [untagged, front, back] = classes.map(|c| c.mass);
     let world = node.as_dvec3();
     let blade = meeting.tools.iter().enumerate().find_map(|(i, t)| Some((i, t.blade?.distance_within_band(world)?)));
     let owner = match blade {

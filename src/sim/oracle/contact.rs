@@ -1,7 +1,9 @@
 //! Contact: clay against the blade, one side of a cut against the other, clay against solid tools.
 //!
 //! Bodies are rigid at a node, impacts inelastic, friction Coulomb's: the normal change of velocity stops the approach, the tangential
-//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields).
+//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields). Next to a wall
+//! contact moves the folded mass, the clay and its image, as in the full space that the image stands for: so a frictionless wall
+//! takes no part in sliding.
 
 use super::super::engine::{FrameReport, ToolReport};
 use super::super::snapshot::Side;
@@ -14,6 +16,9 @@ use glam::{DVec3, IVec3};
 pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
     let coordinates = grid.coordinates();
     for (index, coordinate) in coordinates.enumerate() {
+        if grid.nodes[index].is_ghost {
+            continue;
+        }
         match grid.nodes[index].division {
             Division::Whole => {}
             Division::Split { band: Some(band), .. } => against_blade(grid, index, coordinate, band, around, frame),
@@ -33,8 +38,8 @@ fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, a
     for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
         if band.distance * sign <= CONTACT_OFFSET {
             let node = &mut grid.nodes[index];
-            let field = &mut node.fields[node.field_index(side)];
             let world = around.domain.to_world(coordinate.as_dvec3());
+            let field = &mut node.fields[node.field_index(side)];
             touch(field, tool, world, blade.normal() * sign, &mut frame.tools[band.tool]);
         }
     }
@@ -59,7 +64,7 @@ fn exchange(grid: &mut Grid, index: usize, normal: DVec3) {
     let node = &mut grid.nodes[index];
     let (f, b) = (node.field_index(Side::Front), node.field_index(Side::Back));
     let [front, back] = [node.fields[f], node.fields[b]];
-    if !(front.takes_contact() && back.takes_contact()) {
+    if front.sum.mass == 0.0 || back.sum.mass == 0.0 {
         return;
     }
     let relative = front.velocity - back.velocity;
@@ -67,13 +72,13 @@ fn exchange(grid: &mut Grid, index: usize, normal: DVec3) {
     if approach >= 0.0 {
         return;
     }
-    let reduced_mass = front.folded.mass * back.folded.mass / (front.folded.mass + back.folded.mass);
+    let reduced_mass = front.sum.mass * back.sum.mass / (front.sum.mass + back.sum.mass);
     let sliding = relative - approach * normal;
     let stopped = friction_stop(sliding.length(), CUT_FRICTION * -approach);
     let impulse = -reduced_mass * (approach * normal + sliding * stopped);
     for (field, on_field) in [(f, impulse), (b, -impulse)] {
         let field = &mut node.fields[field];
-        field.velocity += on_field / field.folded.mass;
+        field.velocity += on_field / field.sum.mass;
         field.contact_impulse += on_field;
     }
 }
@@ -91,7 +96,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
         }
         for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
             let world = around.domain.to_world(coordinate.as_dvec3());
-            if tool.distance(world) < CONTACT_OFFSET * around.domain.cell_width {
+            if !node.is_ghost && tool.distance(world) < CONTACT_OFFSET * around.domain.cell_width {
                 for field in &mut node.fields {
                     touch(field, tool, world, tool.normal(world), felt);
                 }
@@ -102,11 +107,11 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
 
 /// A tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
 fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, felt: &mut ToolReport) {
-    if !field.takes_contact() {
+    if field.sum.mass == 0.0 {
         return;
     }
     let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.motion.velocity_at(world), normal);
-    let impulse = field.own.mass * (after - field.velocity);
+    let impulse = field.sum.mass * (after - field.velocity);
     if after != field.velocity {
         felt.contacts += 1;
     }

@@ -30,7 +30,7 @@ fn velocity_and_affine(particle: &Particle, grid: &Grid, cell_width: f64) -> (DV
     let (mut velocity, mut affine) = (DVec3::ZERO, DMat3::ZERO);
     for touch in stencil(particle.position) {
         let Some(node) = grid.get(touch.node) else { continue };
-        let v = touch.weight * node.fields[node.field_index(particle.side())].velocity;
+        let v = touch.weight * node.field(particle.side()).velocity;
         velocity += v;
         affine += DMat3::from_cols(v * touch.arm.x, v * touch.arm.y, v * touch.arm.z);
     }

@@ -23,27 +23,14 @@ impl std::ops::AddAssign for Sum {
 /// One velocity field at a node: all clay that moves together there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Field {
-    /// What the particles brought.
-    pub(super) own: Sum,
-    /// What moves: `own` with what walls folded onto this node or away from it.
-    pub(super) folded: Sum,
+    /// What moves: the folded sums of the field's classes.
+    pub(super) sum: Sum,
     /// Velocity [m/s].
     pub(super) velocity: DVec3,
     /// Velocity [m/s] that validation damping took.
     pub(super) damped: DVec3,
     /// Impulse of tools and of the other side on this field [N s].
     pub(super) contact_impulse: DVec3,
-    /// Part of a column that a wall folded.
-    pub(super) is_at_wall: bool,
-    /// Folded onto its mirror: it moves as its image.
-    pub(super) is_ghost: bool,
-}
-
-impl Field {
-    /// Whether contact acts here: there is clay, and it is not the image of clay elsewhere.
-    pub(super) fn takes_contact(&self) -> bool {
-        self.folded.mass > 0.0 && !self.is_ghost
-    }
 }
 
 /// A blade in whose band a node stands.
@@ -73,13 +60,22 @@ pub(super) enum Division {
 /// A grid node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Node {
-    /// Sums of the classes untagged, front and back.
+    /// What the particles of the classes untagged, front and back brought.
     pub(super) classes: [Sum; 3],
+    /// The same with what walls folded onto this node or away from it.
+    pub(super) folded: [Sum; 3],
     /// One field or two.
     pub(super) division: Division,
     /// Main and other.
     pub(super) fields: [Field; 2],
+    /// Part of a column that a wall folded.
+    pub(super) is_at_wall: bool,
+    /// Folded onto its mirror: it moves as its image, and contact passes it by.
+    pub(super) is_ghost: bool,
 }
+
+/// The classes in the order of [`Node::classes`].
+pub(super) const CLASSES: [Side; 3] = [Side::None, Side::Front, Side::Back];
 
 /// Index of a side's class in [`Node::classes`].
 pub(super) fn class(side: Side) -> usize {
@@ -91,9 +87,14 @@ pub(super) fn class(side: Side) -> usize {
 }
 
 impl Node {
-    /// Mass [kg] of the particles of one side.
+    /// Folded mass [kg] of the clay of one side.
     pub(super) fn class_mass(&self, side: Side) -> f64 {
-        self.classes[class(side)].mass
+        self.folded[class(side)].mass
+    }
+
+    /// The field in which the clay of `side` moves.
+    pub(super) fn field(&self, side: Side) -> &Field {
+        &self.fields[self.field_index(side)]
     }
 
     /// The field, 0 main or 1 other, in which the particles of `side` move.
@@ -105,7 +106,7 @@ impl Node {
     }
 }
 
-/// The nodes that the clay touches: the dense box of all stencils. Nodes beyond it are empty.
+/// The nodes about the clay: the dense box of all stencils and one node more, so that a wall node in use has both its neighbours.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     low: IVec3,
@@ -117,8 +118,8 @@ pub(super) struct Grid {
 impl Grid {
     /// Empty nodes about the particles at `positions` [cells].
     pub(super) fn about(positions: impl Iterator<Item = DVec3> + Clone) -> Self {
-        let low = positions.clone().map(stencil::base).reduce(IVec3::min).unwrap_or(IVec3::ZERO);
-        let high = positions.map(stencil::base).reduce(IVec3::max).unwrap_or(IVec3::ZERO) + 2;
+        let low = positions.clone().map(stencil::base).reduce(IVec3::min).unwrap_or(IVec3::ZERO) - 1;
+        let high = positions.map(stencil::base).reduce(IVec3::max).unwrap_or(IVec3::ZERO) + 3;
         let size = high - low + 1;
         let count = size.to_array().map(|n| n.unsigned_abs() as usize).iter().product();
         Self { low, size, nodes: vec![Node::default(); count] }

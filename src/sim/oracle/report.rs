@@ -6,7 +6,7 @@
 use super::super::engine::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
-use super::grid::Grid;
+use super::grid::{CLASSES, Grid};
 use super::tools::Surroundings;
 use super::{Particle, law};
 use glam::{DMat3, DVec3};
@@ -37,21 +37,25 @@ pub(super) fn add_grid(frame: &mut FrameReport, grid: &Grid, around: &Surroundin
     let gravity = around.gravity_step();
     let per_substep = around.plan.dt / around.domain.cell_width;
     frame.grid_mass = 0.0;
-    for field in grid.nodes.iter().flat_map(|node| &node.fields) {
-        let own = field.own;
-        let weight = own.mass * gravity;
-        let damping = own.mass * field.damped;
-        frame.grid_mass += own.mass;
-        frame.gravity_impulse += weight;
-        frame.damping_impulse += damping;
-        frame.impulse_scale += field.contact_impulse.length();
-        if field.is_at_wall {
-            let wall = own.mass * field.velocity - own.momentum - weight - damping - field.contact_impulse;
-            frame.wall_impulse += wall;
-            frame.impulse_scale += wall.length();
+    for node in &grid.nodes {
+        let contact: DVec3 = node.fields.iter().map(|field| field.contact_impulse).sum();
+        let mut unexplained = -contact;
+        for (side, own) in CLASSES.into_iter().zip(node.classes) {
+            let field = node.field(side);
+            let weight = own.mass * gravity;
+            let damping = own.mass * field.damped;
+            frame.grid_mass += own.mass;
+            frame.gravity_impulse += weight;
+            frame.damping_impulse += damping;
+            unexplained += own.mass * field.velocity - own.momentum - weight - damping;
+            if own.mass > 0.0 {
+                frame.speed_max = frame.speed_max.max(field.velocity.length() * per_substep);
+            }
         }
-        if own.mass > 0.0 {
-            frame.speed_max = frame.speed_max.max(field.velocity.length() * per_substep);
+        frame.impulse_scale += node.fields.iter().map(|field| field.contact_impulse.length()).sum::<f64>();
+        if node.is_at_wall {
+            frame.wall_impulse += unexplained;
+            frame.impulse_scale += unexplained.length();
         }
     }
 }

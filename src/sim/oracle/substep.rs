@@ -17,9 +17,9 @@ pub fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, st
 
     let mut grid = p2g::scatter(particles, &around);
 
+    let columns = walls::fold(&mut grid, &around);
     sides::divide(&mut grid, &around);
     sides::sum_fields(&mut grid);
-    let columns = walls::fold(&mut grid, &around);
     walls::set_velocities(&mut grid, &around);
     contact::between_sides(&mut grid, &around, frame);
     contact::with_solid_tools(&mut grid, &around, frame);

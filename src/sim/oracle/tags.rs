@@ -1,7 +1,8 @@
 //! Tags: which side of a cut a particle is on. Eq. 1, taken once, kept, and decided by the swept blade.
 //!
 //! A particle takes a blade's side where it comes near or is swept over, and keeps it when the blade leaves: the cut persists. A
-//! particle that ends a substep on the wrong side of the blade it is tagged by is put back on the blade's surface.
+//! particle that is near its own sheet's blade, or was swept over by it, and stands on the wrong side is put back on the blade's
+//! surface: the sweep counts, because a blade at 3 cells per substep leaves its band behind it.
 
 use super::super::engine::FrameReport;
 use super::super::snapshot::Tag;
@@ -31,5 +32,63 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
                 seen.depth_max = seen.depth_max.max(distance.abs());
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::engine::{FramePlan, ToolReport, Validation};
+    use super::super::super::material::ClayMaterial;
+    use super::super::super::params::{Domain, Walls};
+    use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
+    use super::*;
+    use glam::DVec3;
+
+    /// A particle at `height` [cells] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to 0.2 cells.
+    fn after_blade(height: f64, tag: Tag) -> (f64, Tag, ToolReport) {
+        let domain = Domain::new(DVec3::splat(-8.0), DVec3::splat(8.0), 1.0, Walls::default()).expect("domain");
+        let tool = Tool { shape: ToolShape::Blade { half_width: 4.0, half_height: 4.0 }, contact: Contact::Slip };
+        let sample = |time, z| PoseSample { time, pose: Pose { position: DVec3::Z * z, ..Pose::default() } };
+        let plan = FramePlan {
+            id: 0,
+            dt: 1.0,
+            steps: 1,
+            material: ClayMaterial::default(),
+            density_scale: 1.0,
+            gravity: DVec3::ZERO,
+            tools: vec![ToolPath { id: 1, tool, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
+            seed: 0,
+            validation: Validation::default(),
+        };
+        let mut particle = Particle::at(domain.to_grid(DVec3::Z * height), 1.0, 0);
+        particle.tags[0] = tag;
+        let mut frame = FrameReport { tools: vec![ToolReport::default()], ..FrameReport::default() };
+        take_sides(std::slice::from_mut(&mut particle), &Surroundings::new(&domain, &plan, 0.0), &mut frame);
+        (domain.to_world(particle.position).z, particle.tags[0], frame.tools[0])
+    }
+
+    #[test]
+    fn particle_passed_by_its_blade_is_put_back_before_it() {
+        let tag = Tag { sheet: 1, side: 1 };
+        let (height, kept, seen) = after_blade(0.1, tag);
+        assert!((height - 0.201).abs() < 1e-12 && kept == tag, "{height} {kept:?}");
+        assert!((seen.depth_max - 0.1).abs() < 1e-12 && (seen.pushed_back, seen.tagged) == (1, 0), "{seen:?}");
+    }
+
+    #[test]
+    fn untagged_particle_takes_the_side_it_was_on() {
+        let (height, taken, seen) = after_blade(0.1, Tag::default());
+        assert!((height - 0.201).abs() < 1e-12 && taken == Tag { sheet: 1, side: 1 }, "{height} {taken:?}");
+        assert_eq!((seen.pushed_back, seen.tagged), (1, 1));
+        assert_eq!(after_blade(-0.9, Tag::default()).1, Tag { sheet: 1, side: -1 });
+        assert_eq!(after_blade(2.0, Tag::default()).1, Tag::default());
+    }
+
+    /// The side of another cut says nothing about this blade.
+    #[test]
+    fn particle_of_another_sheet_is_left_where_it_is() {
+        let other = Tag { sheet: 9, side: -1 };
+        let (height, kept, seen) = after_blade(0.6, other);
+        assert!((height - 0.6).abs() < 1e-12 && kept == other && seen.pushed_back == 0, "{height} {kept:?} {seen:?}");
     }
 }
