@@ -139,11 +139,12 @@ impl Scene {
         }
         for &body in &report.self_overlapping {
             let name = self.clay[body].name();
-            warnings.push(format!("clay[{body}] ({name}) passes through itself or is partly inside out; its volume is the sampled one"));
+            warnings.push(format!(
+                "clay[{body}] ({name}) passes through itself or is partly inside out; its volume is the sampled one"
+            ));
         }
-        let particle = |(id, point): (u32, &super::fill::FilledPoint)| {
-            Particle::at(domain.to_grid(point.position), point.volume as f32, id)
-        };
+        let particle =
+            |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
         let snapshot = Snapshot { domain, material: self.clay_material(), time: 0.0, particles };
         Ok(BuiltScene { snapshot, warnings, fill: report, scene: self.clone() })

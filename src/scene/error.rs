@@ -77,7 +77,9 @@ pub enum SceneError {
         cell_width: f64,
     },
     /// Clay beyond the walls.
-    #[error("{file}: clay[{body}] ({name}) reaches outside the domain along {axis}: {low:.6} .. {high:.6} m, walls at {wall_low:.6} and {wall_high:.6} m")]
+    #[error(
+        "{file}: clay[{body}] ({name}) reaches outside the domain along {axis}: {low:.6} .. {high:.6} m, walls at {wall_low:.6} and {wall_high:.6} m"
+    )]
     OutsideDomain {
         /// The scene file.
         file: String,

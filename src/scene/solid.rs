@@ -129,7 +129,8 @@ pub(super) mod tests {
         let ring = [(-1.0, g), (1.0, g), (-1.0, -g), (1.0, -g)];
         let corners = |f: fn(f64, f64) -> DVec3| ring.map(|(a, b)| f(a, b).normalize() * radius);
         let mut positions =
-            [corners(|a, b| DVec3::new(a, b, 0.0)), corners(|a, b| DVec3::new(0.0, a, b)), corners(|a, b| DVec3::new(b, 0.0, a))].concat();
+            [corners(|a, b| DVec3::new(a, b, 0.0)), corners(|a, b| DVec3::new(0.0, a, b)), corners(|a, b| DVec3::new(b, 0.0, a))]
+                .concat();
         let faces = "0 11 5 0 5 1 0 1 7 0 7 10 0 10 11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11 6 2 10 8 6 7 9 8 1";
         let indices: Vec<u32> = faces.split(' ').map(|w| w.parse().expect("index")).collect();
         let mut triangles: Vec<[u32; 3]> = indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
@@ -176,8 +177,11 @@ pub(super) mod tests {
     fn depth_bounds_the_distance_to_the_surface() {
         let (low, high) = (DVec3::new(-1.0, -0.5, -0.7), DVec3::new(0.4, 0.5, 0.9));
         let center = DVec3::new(0.1, 0.0, -0.1);
-        let solids =
-            [Solid::Box { low, high }, Solid::Sphere { center, radius: 0.8 }, Solid::Cylinder { center, radius: 0.6, height: 1.1 }];
+        let solids = [
+            Solid::Box { low, high },
+            Solid::Sphere { center, radius: 0.8 },
+            Solid::Cylinder { center, radius: 0.6, height: 1.1 },
+        ];
         for solid in solids {
             for i in 0..2000 {
                 let r = |k: i32| f64::from((i * 7919 + k * 104_729) % 2000) / 1000.0 - 1.0;

@@ -189,7 +189,9 @@ mod tests {
 
     #[test]
     fn keyframes_out_of_order_or_missing_are_refused() {
-        for (times, part) in [(&[0.0, 0.2, 0.1][..], "0.1: must be later"), (&[0.2, 0.2], "later"), (&[], "at least one"), (&[f64::NAN], "finite")] {
+        for (times, part) in
+            [(&[0.0, 0.2, 0.1][..], "0.1: must be later"), (&[0.2, 0.2], "later"), (&[], "at least one"), (&[f64::NAN], "finite")]
+        {
             let error = track(times).check().expect_err("bad keyframes").to_string();
             assert!(error.contains(part), "{error}");
         }

@@ -92,22 +92,30 @@ fn absurd_resolution_names_memory_and_the_width_that_fits() {
         assert!(line.contains("iB") && line.contains("cell_width = ") && bytes > 0.0, "{line}");
         check(fits, limit).expect("the width named fits");
         let domain = Scene::from_ron(&text(fits)).expect("scene").room_about(DVec3::splat(-0.05), DVec3::splat(0.05), fits);
-        Domain::new(domain.low, domain.high, fits, Scene::from_ron(&text(fits)).expect("scene").walls).expect("a grid that is not too long");
+        Domain::new(domain.low, domain.high, fits, Scene::from_ron(&text(fits)).expect("scene").walls)
+            .expect("a grid that is not too long");
     }
     // Where memory is not in the way, the length of the grid is, and the domain says so.
     let long = Scene::from_ron("(clay: [Box(size: (1, 0.001, 0.001))], cell_width: 0.0005)").expect("scene");
     let error = long.build(Path::new(".")).expect_err("too long").to_string();
     assert!(error.contains("more than 1024 cells along an axis"), "{error}");
-    let build = |cell_width: f64, limit: f64| Scene::from_ron(&text(cell_width)).expect("scene").build_within(Path::new("."), limit);
+    let build =
+        |cell_width: f64, limit: f64| Scene::from_ron(&text(cell_width)).expect("scene").build_within(Path::new("."), limit);
     let error = build(1e-5, gib).expect_err("absurd").to_string();
-    assert!(error.starts_with("scene: cell_width = 0.00001 gives about 8.000e12 particles") && error.contains("over the limit of 1.0 GiB"), "{error}");
+    assert!(
+        error.starts_with("scene: cell_width = 0.00001 gives about 8.000e12 particles")
+            && error.contains("over the limit of 1.0 GiB"),
+        "{error}"
+    );
     assert!(memory_limit() > 1e6);
 }
 
 #[test]
 fn clay_outside_the_room_and_thin_clay_are_told() {
     let room = "domain: (low: (-0.03, 0, -0.03), high: (0.03, 0.06, 0.03))";
-    let error = error_of(&format!("(clay: [Sphere(radius: 0.01, center: (0, 0.02, 0)), Sphere(radius: 0.02)], cell_width: 0.002, {room})"));
+    let error = error_of(&format!(
+        "(clay: [Sphere(radius: 0.01, center: (0, 0.02, 0)), Sphere(radius: 0.02)], cell_width: 0.002, {room})"
+    ));
     assert!(error.contains("clay[1] (sphere) reaches outside the domain along y: -0.02"), "{error}");
     let error = error_of("(clay: [Box(size: (0.04, 0.04, 0.0001)), Sphere(radius: 0.02, center: (1, 0, 0))], cell_width: 0.01)");
     assert!(error.contains("clay[0] (box) is too thin for cell_width = 0.01"), "{error}");
@@ -126,7 +134,9 @@ fn mesh_is_placed_scaled_and_warned_about() {
     let folder = tempfile::tempdir().expect("folder");
     let whole = ["1 3 2", "1 2 4", "1 4 3", "2 3 4"];
     let turned = ["1 2 3", "1 4 2", "1 3 4", "2 4 3"];
-    for (name, faces) in [("whole.obj", &whole[..]), ("turned.obj", &turned), ("open.obj", &whole[..3]), ("flat.obj", &whole[1..2])] {
+    for (name, faces) in
+        [("whole.obj", &whole[..]), ("turned.obj", &turned), ("open.obj", &whole[..3]), ("flat.obj", &whole[1..2])]
+    {
         fs::write(folder.path().join(name), tetrahedron(faces)).expect("write");
     }
     let build = |mesh: &str| {

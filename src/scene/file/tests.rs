@@ -48,7 +48,9 @@ fn every_field_is_read() {
 #[test]
 fn bad_values_are_refused_with_line_and_field() {
     let tool = |keyframes: &str| format!("tools: [(shape: Sphere(radius: 0.01),\nkeyframes: [{keyframes}])]");
-    let values = |young: &str, nu: &str| format!("material: Values(density: 1700, young_modulus: {young}, poisson_ratio: {nu}, yield_stress: 8e3)");
+    let values = |young: &str, nu: &str| {
+        format!("material: Values(density: 1700, young_modulus: {young}, poisson_ratio: {nu}, yield_stress: 8e3)")
+    };
     let cases = [
         ("colour: Red".to_string(), "scene:3:", "unknown field `colour`"),
         ("walls: (lo: (Slip, Slip, Slip))".into(), "scene:3:", "unknown field `lo`"),
@@ -67,7 +69,11 @@ fn bad_values_are_refused_with_line_and_field() {
         ("gravity: (0, inf, 0)".into(), "scene:3:", "gravity = [0, inf, 0]: must be finite"),
         ("domain: (low: (0, 0, 0), high: (1, 0, 1))".into(), "scene", "low < high"),
         (tool(""), "scene:4:", "keyframes = []"),
-        (tool("(time: 1, position: (0, 0, 0)), (time: 0.5, position: (0, 0, 0))"), "scene:4:", "keyframes.time = 0.5: must be later"),
+        (
+            tool("(time: 1, position: (0, 0, 0)), (time: 0.5, position: (0, 0, 0))"),
+            "scene:4:",
+            "keyframes.time = 0.5: must be later",
+        ),
         (tool("(time: 1, position: (0, 0, 0), rotation: (axis: (0, 0, 0), degrees: 1))"), "scene:4:", "rotation.axis"),
         (tool("(time: 1, position: (0, 0, 0), pose: 1)"), "scene:4:", "unknown field `pose`"),
         ("tools: [(shape: Sphere(radius: -1), keyframes: [(time: 0, position: (0, 0, 0))])]".into(), "scene:3:", "radius = -1"),
@@ -84,12 +90,18 @@ fn bad_values_are_refused_with_line_and_field() {
 fn bad_clay_is_refused_with_line_and_field() {
     let cases = [
         ("(\nclay: [],\ncell_width: 0.004)", "scene: clay = []"),
-        ("(\nclay: [Sphere(radius: 0.1)],\ncell_width: -0.1)", "scene:3:13: cell_width = -0.1: must be a positive length in metres"),
+        (
+            "(\nclay: [Sphere(radius: 0.1)],\ncell_width: -0.1)",
+            "scene:3:13: cell_width = -0.1: must be a positive length in metres",
+        ),
         ("(\nclay: [Sphere(radius: 0.1)],\ncell_width: 0)", "cell_width = 0"),
         ("(\nclay: [Sphere(radius: 0.1)])", "missing field `cell_width`"),
         ("(\nclay: [Box(size: (0.1, 0, 0.1))],\ncell_width: 0.004)", "size = 0"),
         ("(\nclay: [Cylinder(radius: 1, height: -1)], cell_width: 0.004)", "scene:2:"),
-        ("(\nclay: [Mesh(path: \"a.obj\", height: 1, scale: 2)], cell_width: 0.004)", "height = a.obj: not together with `scale`"),
+        (
+            "(\nclay: [Mesh(path: \"a.obj\", height: 1, scale: 2)], cell_width: 0.004)",
+            "height = a.obj: not together with `scale`",
+        ),
         ("(\nclay: [Sphere(radius: 0.1)]\ncell_width: 0.1)", "scene:3:1"),
         ("(clay: [Sphere(radius: 0.1)], cell_width: 0.1", "scene:1:"),
         ("", "scene:1:1"),

@@ -108,7 +108,11 @@ impl ImportedMesh {
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let file = path.display().to_string();
         let Some(format) = MeshFormat::from_path(path) else {
-            return Err(SceneError::Mesh { file, line: None, reason: "unknown mesh format; known are .obj, .stl and .ply".into() });
+            return Err(SceneError::Mesh {
+                file,
+                line: None,
+                reason: "unknown mesh format; known are .obj, .stl and .ply".into(),
+            });
         };
         match std::fs::read(path) {
             Ok(bytes) => Self::from_bytes(&bytes, format, &file),

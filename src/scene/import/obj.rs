@@ -70,7 +70,8 @@ fn face_beyond_vertices(text: &str) -> Fault {
 
 /// Line of the first vertex with a coordinate that is not finite.
 fn vertex_not_finite(text: &str) -> Option<usize> {
-    let is_bad = |line: &str| line.starts_with("v ") && line.split(' ').skip(1).any(|w| w.parse::<f32>().is_ok_and(|x| !x.is_finite()));
+    let is_bad =
+        |line: &str| line.starts_with("v ") && line.split(' ').skip(1).any(|w| w.parse::<f32>().is_ok_and(|x| !x.is_finite()));
     text.lines().position(is_bad).map(|line| line + 1)
 }
 

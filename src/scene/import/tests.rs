@@ -114,8 +114,14 @@ fn polygons_become_fans() {
 #[test]
 fn malformed_meshes_are_refused_with_their_line() {
     use MeshFormat::{Obj, Ply, Stl};
-    let ply = |body: &str| format!("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n{body}");
-    let facet = |vertex: &str| format!("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n{vertex}\nendloop\nendfacet\nendsolid a\n");
+    let ply = |body: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n{body}"
+        )
+    };
+    let facet = |vertex: &str| {
+        format!("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n{vertex}\nendloop\nendfacet\nendsolid a\n")
+    };
     let cases = [
         (Obj, "v 0 0 0\nv 1 0 zero\n".to_string(), ":2: position"),
         (Obj, "v 0 0 0\nv 1 0\n".into(), ":2: position"),
