@@ -1,7 +1,7 @@
 //! From a scene to what an engine runs: snapshot and frame plans.
 
 use super::error::SceneError;
-use super::file::{Body, Room, Scene};
+use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
@@ -19,8 +19,10 @@ const MARGIN_CELLS: f64 = 8.0;
 const MARGIN_EXTENT: f64 = 0.25;
 /// Copies of the particles that a run holds: snapshot, an engine's two sorted buffers and its copy of the frame's start.
 const PARTICLE_COPIES: f64 = 4.0;
-/// Bytes per cell of the whole box: the fill's marks and the engine's block table.
-const CELL_BYTES: f64 = 4.0;
+/// Bytes per cell of the whole box: an engine's table of blocks, 4 bytes per 4^3 cells.
+const CELL_BYTES: f64 = 1.0 / 16.0;
+/// Bytes per point of the fill's lattice over the clay's box: the marks of the shell.
+const LATTICE_BYTES: f64 = 1.0;
 /// Part of the available memory that clay may take.
 const MEMORY_PART: f64 = 0.75;
 /// Memory [bytes] taken as available where the system does not say.
@@ -89,12 +91,13 @@ fn particles_per_edge(particles_per_cell: u32) -> u32 {
 struct Cost {
     particles: f64,
     cells: f64,
+    lattice: f64,
     edge: f64,
 }
 
 impl Cost {
     fn bytes(&self) -> f64 {
-        self.particles * PARTICLE_COPIES * size_of::<Particle>() as f64 + self.cells * CELL_BYTES
+        self.particles * PARTICLE_COPIES * size_of::<Particle>() as f64 + self.cells * CELL_BYTES + self.lattice * LATTICE_BYTES
     }
 }
 
@@ -192,7 +195,8 @@ impl Scene {
         let lattice = ((clay.1 - clay.0) * edge / cell_width).ceil().max(DVec3::ONE).element_product();
         Cost {
             particles: volume * (edge / cell_width).powi(3),
-            cells: cells.element_product() + lattice / 4.0,
+            cells: cells.element_product(),
+            lattice,
             edge: cells.max_element(),
         }
     }
@@ -215,8 +219,9 @@ impl Scene {
         if cost.bytes() <= limit {
             return Ok(());
         }
-        // Halving in the logarithm between the width asked for and the clay's extent: 60 times reach any precision shown.
-        let (mut low, mut high) = (self.cell_width, (clay.1 - clay.0).max_element().max(self.cell_width));
+        // Halving in the logarithm between the width asked for and one cell for all: 60 times reach any precision shown.
+        let room = self.domain.map_or((clay.1 - clay.0).max_element(), |room| (room.high - room.low).max_element());
+        let (mut low, mut high) = (self.cell_width, room.max(self.cell_width));
         for _ in 0..60 {
             let middle = (low * high).sqrt();
             (low, high) = if fits(middle) { (low, middle) } else { (middle, high) };
@@ -262,7 +267,7 @@ impl Body {
             Self::Box { .. } => "box".into(),
             Self::Sphere { .. } => "sphere".into(),
             Self::Cylinder { .. } => "cylinder".into(),
-            Self::Mesh { path, .. } => path.clone(),
+            Self::Mesh(mesh) => mesh.path.clone(),
         }
     }
 
@@ -271,20 +276,20 @@ impl Body {
             Self::Box { size, center } => Solid::Box { low: center - size / 2.0, high: center + size / 2.0 },
             Self::Sphere { radius, center } => Solid::Sphere { center, radius },
             Self::Cylinder { radius, height, center } => Solid::Cylinder { center, radius, height },
-            Self::Mesh { .. } => Solid::Mesh(Box::new(self.mesh_solid(base_dir, warnings)?)),
+            Self::Mesh(ref mesh) => Solid::Mesh(Box::new(mesh.solid(base_dir, warnings)?)),
         })
     }
+}
 
-    fn mesh_solid(&self, base_dir: &Path, warnings: &mut Vec<String>) -> Result<MeshSolid, SceneError> {
-        let Self::Mesh { path, height, scale, position, center, rotation } = self else {
-            return Ok(MeshSolid::new(ImportedMesh::default()));
-        };
+impl MeshBody {
+    fn solid(&self, base_dir: &Path, warnings: &mut Vec<String>) -> Result<MeshSolid, SceneError> {
+        let path = &self.path;
         let file = base_dir.join(path);
         let mut mesh = ImportedMesh::load(&file)?;
-        mesh.place(rotation.quaternion(), 1.0, DVec3::ZERO);
+        mesh.place(self.rotation.quaternion(), 1.0, DVec3::ZERO);
         let (low, high) = mesh.bounds();
         let extent = high - low;
-        let scale = match (height, scale) {
+        let scale = match (self.height, self.scale) {
             (Some(_), _) if extent.y <= 0.0 => {
                 let reason = "the mesh has no height along y to scale".into();
                 return Err(SceneError::Mesh { file: file.display().to_string(), line: None, reason });
@@ -293,8 +298,8 @@ impl Body {
             (None, scale) => scale.unwrap_or(1.0),
         };
         let (middle, underside) = ((low + high) / 2.0, DVec3::new((low.x + high.x) / 2.0, low.y, (low.z + high.z) / 2.0));
-        let offset = match (position, center) {
-            (_, Some(center)) => *center - middle * scale,
+        let offset = match (self.position, self.center) {
+            (_, Some(center)) => center - middle * scale,
             (position, None) => position.unwrap_or_default() - underside * scale,
         };
         mesh.place(glam::DQuat::IDENTITY, scale, offset);

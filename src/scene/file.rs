@@ -55,26 +55,31 @@ pub enum Body {
         #[serde(default)]
         center: DVec3,
     },
-    /// The inside of a mesh file, turned, then scaled, then put in place.
-    Mesh {
-        /// OBJ, STL or PLY file, from the scene file's folder.
-        path: String,
-        /// Height along Y after turning [m]; not together with `scale`.
-        #[serde(default)]
-        height: Option<f64>,
-        /// Metres per unit of the file; 1 if neither this nor `height` is given.
-        #[serde(default)]
-        scale: Option<f64>,
-        /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is given.
-        #[serde(default)]
-        position: Option<DVec3>,
-        /// Where the middle of its box goes [m].
-        #[serde(default)]
-        center: Option<DVec3>,
-        /// The turn.
-        #[serde(default)]
-        rotation: Rotation,
-    },
+    /// The inside of a mesh file, written as `Mesh(path: "bunny.obj", height: 0.08)`.
+    Mesh(MeshBody),
+}
+
+/// The inside of a mesh file, turned, then scaled, then put in place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshBody {
+    /// OBJ, STL or PLY file, from the scene file's folder.
+    pub path: String,
+    /// Height along Y after turning [m]; not together with `scale`.
+    #[serde(default)]
+    pub height: Option<f64>,
+    /// Metres per unit of the file; 1 if neither this nor `height` is given.
+    #[serde(default)]
+    pub scale: Option<f64>,
+    /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is given.
+    #[serde(default)]
+    pub position: Option<DVec3>,
+    /// Where the middle of its box goes [m].
+    #[serde(default)]
+    pub center: Option<DVec3>,
+    /// The turn.
+    #[serde(default)]
+    pub rotation: Rotation,
 }
 
 /// Where material parameters come from.
@@ -349,23 +354,27 @@ impl Check for Body {
                 check_number("height", *height)?;
                 check_vector("center", *center)
             }
-            Self::Mesh { path, height, scale, position, center, rotation } => {
-                let both = |name, others| Err(ParamsError::new(name, path, format!("not together with `{others}`")));
-                match (height, scale) {
-                    (Some(_), Some(_)) => both("height", "scale")?,
-                    (Some(height), None) => check_number("height", *height)?,
-                    (None, Some(scale)) => check_number("scale", *scale)?,
-                    (None, None) => {}
-                }
-                match (position, center) {
-                    (Some(_), Some(_)) => both("position", "center")?,
-                    (Some(position), None) => check_vector("position", *position)?,
-                    (None, Some(center)) => check_vector("center", *center)?,
-                    (None, None) => {}
-                }
-                rotation.check()
-            }
+            Self::Mesh(mesh) => mesh.check(),
         }
+    }
+}
+
+impl Check for MeshBody {
+    fn check(&self) -> Result<(), ParamsError> {
+        let both = |name, other| Err(ParamsError::new(name, &self.path, format!("not together with `{other}`")));
+        match (self.height, self.scale) {
+            (Some(_), Some(_)) => both("height", "scale")?,
+            (Some(height), None) => check_number("height", height)?,
+            (None, Some(scale)) => check_number("scale", scale)?,
+            (None, None) => {}
+        }
+        match (self.position, self.center) {
+            (Some(_), Some(_)) => both("position", "center")?,
+            (Some(position), None) => check_vector("position", position)?,
+            (None, Some(center)) => check_vector("center", center)?,
+            (None, None) => {}
+        }
+        self.rotation.check()
     }
 }
 

@@ -27,7 +27,7 @@ pub mod winding;
 pub mod prelude {
     pub use super::build::BuiltScene;
     pub use super::error::SceneError;
-    pub use super::file::{Body, MaterialChoice, Outputs, Room, Scene, Tier};
+    pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene, Tier};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::track::{Keyframe, Rotation, ToolTrack};

@@ -94,9 +94,9 @@ pub struct OpenEdges {
 /// A triangle mesh with shared vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportedMesh {
-    /// Vertex positions [m], shape [vertex_count, 3].
+    /// Vertex positions [m], shape [`vertex_count`, 3].
     pub positions: Vec<DVec3>,
-    /// Vertex indices, counter-clockwise seen from outside, shape [triangle_count, 3].
+    /// Vertex indices, counter-clockwise seen from outside, shape [`triangle_count`, 3].
     pub triangles: Vec<[u32; 3]>,
 }
 
