@@ -187,8 +187,11 @@ pub(super) mod tests {
                 let r = |k: i32| f64::from((i * 7919 + k * 104_729) % 2000) / 1000.0 - 1.0;
                 let (point, way) = (DVec3::new(r(1), r(2), r(3)), DVec3::new(r(4), r(5), r(6)).normalize_or_zero());
                 let depth = solid.depth(point);
+                // Half the points go straight from or to the middle, the way that meets the surface first.
+                let way = if i % 2 == 0 { way } else { (point - center).normalize_or_zero() * depth.signum() };
                 let there = solid.depth(point + way * depth.abs() * 0.999);
-                assert!((depth > 0.0) == (there > 0.0), "{solid:?} at {point}: {depth}, {there}");
+                // On the surface itself the sign is rounding.
+                assert!(depth.abs() < 1e-12 || (depth > 0.0) == (there > 0.0), "{solid:?} at {point}: {depth}, {there}");
             }
         }
     }
