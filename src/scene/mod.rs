@@ -1,4 +1,34 @@
 //! Scene files, mesh files in and out, clay filled from meshes.
+//!
+//! A scene is a RON file. [`Scene::load`](file::Scene::load) reads it, [`Scene::build`](file::Scene::build) makes the engine's snapshot of it and
+//! says what tools do in each frame. Data flows through the files in this order:
+//!
+//! | file        | takes                   | makes                                                      |
+//! |-------------|-------------------------|------------------------------------------------------------|
+//! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
+//! | [`track`]   | keyframes               | tool paths of a frame                                      |
+//! | [`import`]  | OBJ, STL, PLY           | welded triangles                                           |
+//! | [`winding`] | triangles               | generalized winding number                                 |
+//! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
+//! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
+//! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
+//! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
+
+pub mod build;
+pub mod error;
+pub mod file;
+pub mod fill;
+pub mod import;
+pub mod solid;
+pub mod track;
+pub mod winding;
 
 /// What most programs need.
-pub mod prelude {}
+pub mod prelude {
+    pub use super::build::BuiltScene;
+    pub use super::error::SceneError;
+    pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene, Tier};
+    pub use super::fill::FillReport;
+    pub use super::import::{ImportedMesh, MeshFormat};
+    pub use super::track::{Keyframe, Rotation, ToolTrack};
+}

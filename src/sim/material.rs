@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// The material parameters of clay. All SI.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ClayMaterial {
     /// Density rho [kg/m^3].
     pub density: f64,

@@ -30,7 +30,7 @@ pub enum Wall {
 
 /// The six walls, low and high along each axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct Walls {
     /// At the least x, y (the floor) and z.
     pub low: [Wall; 3],

@@ -16,6 +16,7 @@ pub const CUT_FRICTION: f64 = 0.5;
 
 /// How a tool's surface acts on the clay it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub enum Contact {
     /// The clay moves with the tool.
     Stick,

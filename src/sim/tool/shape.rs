@@ -10,6 +10,7 @@ pub const CONTACT_OFFSET: f64 = 0.0;
 
 /// A tool's shape in its own frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub enum ToolShape {
     /// A ball about the origin.
     Sphere {

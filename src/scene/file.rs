@@ -1,0 +1,447 @@
+//! The scene file: RON, every field checked where it stands, so that an error names its line.
+//!
+//! ```ron
+//! (
+//!     clay: [Mesh(path: "bunny.obj", height: 0.08), Sphere(radius: 0.01, center: (0.05, 0.01, 0.0))],
+//!     cell_width: 0.002,
+//!     material: Preset(SoftClay),
+//!     softening: 0.5,
+//!     tools: [(shape: Sphere(radius: 0.01), keyframes: [(time: 0.0, position: (0.1, 0.03, 0.0)), (time: 1.0, position: (0.02, 0.03, 0.0))])],
+//!     inertia: Accurate,
+//!     duration: 1.5,
+//! )
+//! ```
+//!
+//! Options are written without `Some`. Lengths are in metres, times in seconds, angles in degrees.
+
+use super::error::SceneError;
+use super::track::{Rotation, ToolTrack};
+use crate::sim::material::{ClayMaterial, Preset};
+use crate::sim::params::{ParamsError, Wall, Walls};
+use crate::sim::plan::InertiaScaling;
+use glam::DVec3;
+use ron::extensions::Extensions;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::path::Path;
+
+/// A piece of clay. Pieces may overlap: what they share counts once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Body {
+    /// A block.
+    Box {
+        /// Edge lengths [m].
+        size: DVec3,
+        /// Its middle [m].
+        #[serde(default)]
+        center: DVec3,
+    },
+    /// A ball.
+    Sphere {
+        /// Radius [m].
+        radius: f64,
+        /// Its middle [m].
+        #[serde(default)]
+        center: DVec3,
+    },
+    /// A cylinder along Y.
+    Cylinder {
+        /// Radius [m].
+        radius: f64,
+        /// Height [m].
+        height: f64,
+        /// Its middle [m].
+        #[serde(default)]
+        center: DVec3,
+    },
+    /// The inside of a mesh file, written as `Mesh(path: "bunny.obj", height: 0.08)`.
+    Mesh(MeshBody),
+}
+
+/// The inside of a mesh file, turned, then scaled, then put in place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshBody {
+    /// OBJ, STL or PLY file, from the scene file's folder.
+    pub path: String,
+    /// Height along Y after turning [m]; not together with `scale`.
+    #[serde(default)]
+    pub height: Option<f64>,
+    /// Metres per unit of the file; 1 if neither this nor `height` is given.
+    #[serde(default)]
+    pub scale: Option<f64>,
+    /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is given.
+    #[serde(default)]
+    pub position: Option<DVec3>,
+    /// Where the middle of its box goes [m].
+    #[serde(default)]
+    pub center: Option<DVec3>,
+    /// The turn.
+    #[serde(default)]
+    pub rotation: Rotation,
+}
+
+/// Where material parameters come from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum MaterialChoice {
+    /// A named clay.
+    Preset(Preset),
+    /// Values, as in `Values(density: 1700, young_modulus: 4.4e5, poisson_ratio: 0.45, yield_stress: 8e3)`.
+    Values(#[serde(deserialize_with = "checked")] ClayMaterial),
+}
+
+impl Default for MaterialChoice {
+    fn default() -> Self {
+        Self::Preset(Preset::SoftClay)
+    }
+}
+
+/// A room given by its corners.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Room {
+    /// Low corner [m].
+    pub low: DVec3,
+    /// High corner [m]; the walls there stand at or beyond it, a whole number of 4 cells from the low ones.
+    pub high: DVec3,
+}
+
+/// Quality of a written surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tier {
+    /// Field at half a cell width.
+    #[default]
+    Fine,
+    /// Field at a cell width.
+    Coarse,
+}
+
+/// What a run writes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Outputs {
+    /// File name of the last surface; `None` for no surface.
+    pub surface: Option<String>,
+    /// Quality of the surface.
+    pub tier: Tier,
+    /// Whether to write the last particles.
+    pub particles: bool,
+    /// Whether to write a table with a line per frame.
+    pub metrics: bool,
+}
+
+impl Default for Outputs {
+    fn default() -> Self {
+        Self { surface: Some("surface.stl".into()), tier: Tier::Fine, particles: true, metrics: true }
+    }
+}
+
+/// A scene as its file says it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Name of the file in errors.
+    #[serde(skip, default = "Scene::unnamed")]
+    pub file: String,
+    /// The clay.
+    #[serde(deserialize_with = "checked_list")]
+    pub clay: Vec<Body>,
+    /// Cell width dx [m].
+    #[serde(deserialize_with = "cell_width")]
+    pub cell_width: f64,
+    /// Particles per cell, 1 to 64, made the nearest cube of a whole number: 1, 8, 27 or 64.
+    #[serde(default = "Scene::particles_per_cell_default", deserialize_with = "particles_per_cell")]
+    pub particles_per_cell: u32,
+    /// Greatest displacement of particles from their lattice along each axis, over the lattice spacing [-], in [0, 0.5).
+    #[serde(default = "Scene::jitter_default", deserialize_with = "jitter")]
+    pub jitter: f64,
+    /// Seed of all that is random.
+    #[serde(default)]
+    pub seed: u64,
+    /// What the clay is made of.
+    #[serde(default)]
+    pub material: MaterialChoice,
+    /// In place of the material's softening [-], in [0, 1).
+    #[serde(default)]
+    pub softening: Option<f64>,
+    /// In place of the material's softening length [m].
+    #[serde(default)]
+    pub softening_length: Option<f64>,
+    /// Gravity [m/s^2].
+    #[serde(default = "Scene::gravity_default", deserialize_with = "gravity")]
+    pub gravity: DVec3,
+    /// The room; left out, one about the clay and the tools' ways, with its floor at the clay's lowest point.
+    #[serde(default)]
+    pub domain: Option<Room>,
+    /// The walls; left out, clay sticks to the floor and can leave the others. Walls left out of a list given are `Separate`.
+    #[serde(default = "Scene::walls_default")]
+    pub walls: Walls,
+    /// The tools; the first has id 1.
+    #[serde(default, deserialize_with = "checked_list")]
+    pub tools: Vec<ToolTrack>,
+    /// How far inertia may be scaled up while tools move.
+    #[serde(default)]
+    pub inertia: InertiaScaling,
+    /// Duration of a frame [s].
+    #[serde(default = "Scene::frame_time_default", deserialize_with = "frame_time")]
+    pub frame_time: f64,
+    /// Duration of the scene [s].
+    #[serde(default = "Scene::duration_default", deserialize_with = "duration")]
+    pub duration: f64,
+    /// Greatest time step [s]; left out, the stability limits choose it.
+    #[serde(default, deserialize_with = "time_step")]
+    pub time_step: Option<f64>,
+    /// What a run writes.
+    #[serde(default)]
+    pub outputs: Outputs,
+}
+
+impl Scene {
+    fn unnamed() -> String {
+        "scene".into()
+    }
+
+    fn particles_per_cell_default() -> u32 {
+        8
+    }
+
+    fn jitter_default() -> f64 {
+        0.25
+    }
+
+    fn gravity_default() -> DVec3 {
+        DVec3::new(0.0, -9.81, 0.0)
+    }
+
+    fn walls_default() -> Walls {
+        Walls { low: [Wall::Separate, Wall::Stick, Wall::Separate], high: [Wall::Separate; 3] }
+    }
+
+    fn frame_time_default() -> f64 {
+        1.0 / 60.0
+    }
+
+    fn duration_default() -> f64 {
+        1.0
+    }
+
+    /// Reads a scene from the text of a file.
+    ///
+    /// # Errors
+    /// Text that is not a scene, or a value out of its range, with line and column.
+    pub fn from_ron(text: &str) -> Result<Self, SceneError> {
+        Self::from_text(text, Self::unnamed())
+    }
+
+    /// Reads the scene file at `path`. Mesh paths in it are relative to its folder, which is what [`Self::build`] wants to be given.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and what [`Self::from_ron`] finds.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::from_text(&text, file),
+            Err(error) => Err(SceneError::Read { file, error }),
+        }
+    }
+
+    fn from_text(text: &str, file: String) -> Result<Self, SceneError> {
+        let options = ron::Options::default()
+            .with_default_extension(Extensions::IMPLICIT_SOME)
+            .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES);
+        let mut scene: Self = options.from_str(text).map_err(|error| SceneError::Parse {
+            file: file.clone(),
+            line: error.span.start.line,
+            column: error.span.start.col,
+            message: message(&error.code),
+        })?;
+        scene.file = file;
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    /// The clay's parameters, with the scene's softening in place of the material's.
+    pub fn clay_material(&self) -> ClayMaterial {
+        let material = match self.material {
+            MaterialChoice::Preset(preset) => preset.material(),
+            MaterialChoice::Values(values) => values,
+        };
+        ClayMaterial {
+            softening: self.softening.unwrap_or(material.softening),
+            softening_length: self.softening_length.unwrap_or(material.softening_length),
+            ..material
+        }
+    }
+
+    /// Checks every value: for scenes made by a program.
+    ///
+    /// # Errors
+    /// The first value that is out of its range, by name.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.first_fault().map_err(|error| SceneError::Params { file: self.file.clone(), error })
+    }
+
+    fn first_fault(&self) -> Result<(), ParamsError> {
+        if self.clay.is_empty() {
+            return Err(ParamsError::new("clay", "[]", "must hold at least one piece"));
+        }
+        self.clay.iter().try_for_each(Check::check)?;
+        check_number("cell_width", self.cell_width)?;
+        check_number("particles_per_cell", f64::from(self.particles_per_cell))?;
+        check_number("jitter", self.jitter)?;
+        self.clay_material().validate()?;
+        check_vector("gravity", self.gravity)?;
+        if let Some(Room { low, high }) = self.domain
+            && !(low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0)
+        {
+            return Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a finite box with low < high"));
+        }
+        // A blade's cuts are known by the low byte of its id, and 0 is no cut.
+        if self.tools.len() > 255 {
+            return Err(ParamsError::new("tools", self.tools.len(), "must be at most 255"));
+        }
+        self.tools.iter().try_for_each(Check::check)?;
+        check_number("frame_time", self.frame_time)?;
+        check_number("duration", self.duration)?;
+        self.time_step.map_or(Ok(()), |step| check_number("time_step", step))?;
+        match self.outputs.surface.as_deref() {
+            Some(name) if Path::new(name).file_name().is_none_or(|file| file != name) => {
+                Err(ParamsError::new("outputs.surface", name, "must be a file name without folders"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What is wrong, in words of the file.
+fn message(error: &ron::Error) -> String {
+    let of = |outer: &Option<String>| outer.as_ref().map(|name| format!(" in `{name}`")).unwrap_or_default();
+    let one_of = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    match error {
+        ron::Error::NoSuchStructField { expected, found, outer } => {
+            format!("unknown field `{found}`{}; known are {}", of(outer), one_of(expected))
+        }
+        ron::Error::NoSuchEnumVariant { expected, found, outer } => {
+            format!("unknown `{found}`{}; known are {}", of(outer), one_of(expected))
+        }
+        ron::Error::MissingStructField { field, outer } => format!("missing field `{field}`{}", of(outer)),
+        other => other.to_string().replace('\n', " "),
+    }
+}
+
+/// A value that knows its own bounds.
+pub(super) trait Check {
+    fn check(&self) -> Result<(), ParamsError>;
+}
+
+impl Check for ClayMaterial {
+    fn check(&self) -> Result<(), ParamsError> {
+        self.validate()
+    }
+}
+
+impl Check for Body {
+    fn check(&self) -> Result<(), ParamsError> {
+        match self {
+            Self::Box { size, center } => {
+                size.to_array().into_iter().try_for_each(|length| check_number("size", length))?;
+                check_vector("center", *center)
+            }
+            Self::Sphere { radius, center } => check_number("radius", *radius).and(check_vector("center", *center)),
+            Self::Cylinder { radius, height, center } => {
+                check_number("radius", *radius)?;
+                check_number("height", *height)?;
+                check_vector("center", *center)
+            }
+            Self::Mesh(mesh) => mesh.check(),
+        }
+    }
+}
+
+impl Check for MeshBody {
+    fn check(&self) -> Result<(), ParamsError> {
+        let both = |name, other| Err(ParamsError::new(name, &self.path, format!("not together with `{other}`")));
+        match (self.height, self.scale) {
+            (Some(_), Some(_)) => both("height", "scale")?,
+            (Some(height), None) => check_number("height", height)?,
+            (None, Some(scale)) => check_number("scale", scale)?,
+            (None, None) => {}
+        }
+        match (self.position, self.center) {
+            (Some(_), Some(_)) => both("position", "center")?,
+            (Some(position), None) => check_vector("position", position)?,
+            (None, Some(center)) => check_vector("center", center)?,
+            (None, None) => {}
+        }
+        self.rotation.check()
+    }
+}
+
+/// Checks a number by the name of its field.
+fn check_number(name: &'static str, value: f64) -> Result<(), ParamsError> {
+    let (is_good, reason) = match name {
+        "jitter" => ((0.0..0.5).contains(&value), "must lie in [0, 0.5)"),
+        "particles_per_cell" => ((1.0..=64.0).contains(&value), "must lie in 1 to 64"),
+        "scale" => (value > 0.0, "must be positive"),
+        "frame_time" | "duration" | "time_step" => (value > 0.0, "must be a positive time in seconds"),
+        _ => (value > 0.0, "must be a positive length in metres"),
+    };
+    if is_good && value.is_finite() { Ok(()) } else { Err(ParamsError::new(name, value, reason)) }
+}
+
+fn check_vector(name: &'static str, value: DVec3) -> Result<(), ParamsError> {
+    if value.is_finite() { Ok(()) } else { Err(ParamsError::new(name, value, "must be finite")) }
+}
+
+/// Reads a value and checks it there, so that the parser knows the line of the error.
+fn checked<'de, D: Deserializer<'de>, T: Deserialize<'de> + Check>(deserializer: D) -> Result<T, D::Error> {
+    let value = T::deserialize(deserializer)?;
+    value.check().map_err(D::Error::custom)?;
+    Ok(value)
+}
+
+struct Checked<T>(T);
+
+impl<'de, T: Deserialize<'de> + Check> Deserialize<'de> for Checked<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        checked(deserializer).map(Self)
+    }
+}
+
+fn checked_list<'de, D: Deserializer<'de>, T: Deserialize<'de> + Check>(deserializer: D) -> Result<Vec<T>, D::Error> {
+    Ok(Vec::<Checked<T>>::deserialize(deserializer)?.into_iter().map(|checked| checked.0).collect())
+}
+
+macro_rules! checked_numbers {
+    ($($name:ident),*) => {$(
+        fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+            let value = f64::deserialize(deserializer)?;
+            check_number(stringify!($name), value).map_err(D::Error::custom)?;
+            Ok(value)
+        }
+    )*};
+}
+
+checked_numbers!(cell_width, jitter, frame_time, duration);
+
+fn particles_per_cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    let value = u32::deserialize(deserializer)?;
+    check_number("particles_per_cell", f64::from(value)).map_err(D::Error::custom)?;
+    Ok(value)
+}
+
+fn time_step<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    let value = Option::<f64>::deserialize(deserializer)?;
+    value.map_or(Ok(()), |step| check_number("time_step", step)).map_err(D::Error::custom)?;
+    Ok(value)
+}
+
+fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
+    let value = DVec3::deserialize(deserializer)?;
+    check_vector("gravity", value).map_err(D::Error::custom)?;
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests;

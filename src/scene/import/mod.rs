@@ -1,0 +1,242 @@
+//! Triangle meshes from OBJ, STL and PLY files: welded, checked, placed.
+
+mod obj;
+mod ply;
+mod stl;
+
+use super::error::SceneError;
+use glam::{DQuat, DVec3};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Mesh file formats that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Wavefront OBJ: vertices and faces; everything else is skipped.
+    Obj,
+    /// STL, ASCII or binary.
+    Stl,
+    /// PLY 1.0, ASCII or binary of either byte order.
+    Ply,
+}
+
+impl MeshFormat {
+    /// The format that a file's extension names, upper or lower case.
+    pub fn from_path(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
+    }
+}
+
+/// What a reader found wrong, before the file's name is known to it.
+#[derive(Debug)]
+struct Fault {
+    line: Option<usize>,
+    reason: String,
+}
+
+impl Fault {
+    fn new(reason: impl Into<String>) -> Self {
+        Self { line: None, reason: reason.into() }
+    }
+
+    fn at(line: usize, reason: impl Into<String>) -> Self {
+        Self { line: Some(line), reason: reason.into() }
+    }
+}
+
+/// Vertices and triangles as a file gives them; indices are in range and coordinates finite.
+#[derive(Debug, Default)]
+struct Soup {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Soup {
+    /// Adds a vertex, unless a coordinate is not a finite f32: larger ones would overflow the sums over a mesh.
+    fn push_position(&mut self, position: DVec3) -> Result<(), String> {
+        if !position.as_vec3().is_finite() {
+            return Err(format!("vertex {} is not finite: {position}", self.positions.len() + 1));
+        }
+        self.positions.push(position);
+        Ok(())
+    }
+
+    /// Adds a convex polygon as a fan of triangles.
+    fn push_polygon(&mut self, polygon: &[u64]) -> Result<(), String> {
+        let index = |i: &u64| match u32::try_from(*i) {
+            Ok(i) if (i as usize) < self.positions.len() => Ok(i),
+            _ => Err(format!("a face refers to vertex {}, but there are {}", i.saturating_add(1), self.positions.len())),
+        };
+        let corners = polygon.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        if let [first, rest @ ..] = corners.as_slice() {
+            self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        }
+        Ok(())
+    }
+}
+
+/// Where a mesh stops being closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenEdges {
+    /// Edges that have no partner of the opposite direction.
+    pub count: usize,
+    /// Connected groups of them.
+    pub holes: usize,
+    /// Diagonal of the bounding box of the largest group [m].
+    pub largest: f64,
+}
+
+/// A triangle mesh with shared vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImportedMesh {
+    /// Vertex positions [m], shape [`vertex_count`, 3].
+    pub positions: Vec<DVec3>,
+    /// Vertex indices, counter-clockwise seen from outside, shape [`triangle_count`, 3].
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl ImportedMesh {
+    /// Reads the mesh file at `path`.
+    ///
+    /// # Errors
+    /// A file that is missing, of an unknown extension, damaged, or without triangles.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let file = path.display().to_string();
+        let Some(format) = MeshFormat::from_path(path) else {
+            return Err(SceneError::Mesh {
+                file,
+                line: None,
+                reason: "unknown mesh format; known are .obj, .stl and .ply".into(),
+            });
+        };
+        match std::fs::read(path) {
+            Ok(bytes) => Self::from_bytes(&bytes, format, &file),
+            Err(error) => Err(SceneError::Read { file, error }),
+        }
+    }
+
+    /// Reads a mesh from the bytes of a file; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Bytes that are damaged or hold no triangle.
+    pub fn from_bytes(bytes: &[u8], format: MeshFormat, file: &str) -> Result<Self, SceneError> {
+        let soup = match format {
+            MeshFormat::Obj => obj::read(bytes),
+            MeshFormat::Stl => stl::read(bytes),
+            MeshFormat::Ply => ply::read(bytes),
+        };
+        let fault = |Fault { line, reason }| SceneError::Mesh { file: file.to_string(), line, reason: one_line(&reason) };
+        let mesh = Self::weld(&soup.map_err(fault)?);
+        if mesh.triangles.is_empty() {
+            return Err(fault(Fault::new("the mesh has no triangles")));
+        }
+        Ok(mesh)
+    }
+
+    /// Joins vertices of equal position; drops vertices without a triangle and triangles of fewer than three vertices.
+    fn weld(soup: &Soup) -> Self {
+        let mut mesh = Self::default();
+        let mut known = HashMap::new();
+        for triangle in &soup.triangles {
+            let corners = triangle.map(|i| soup.positions[i as usize]);
+            // Adding 0 turns -0 into 0, so that equal numbers have equal bits.
+            let keys = corners.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+            if keys[0] == keys[1] || keys[1] == keys[2] || keys[2] == keys[0] {
+                continue;
+            }
+            let mut welded = [0; 3];
+            for ((index, key), corner) in welded.iter_mut().zip(keys).zip(corners) {
+                *index = *known.entry(key).or_insert_with(|| {
+                    mesh.positions.push(corner);
+                    // Never more than the soup's vertices, whose indices are u32.
+                    (mesh.positions.len() - 1) as u32
+                });
+            }
+            mesh.triangles.push(welded);
+        }
+        mesh
+    }
+
+    /// The three corners of each triangle [m].
+    pub fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles.iter().map(|t| t.map(|i| self.positions[i as usize]))
+    }
+
+    /// Low and high corner of the bounding box [m].
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        self.positions.iter().fold(none, |(low, high), p| (low.min(*p), high.max(*p)))
+    }
+
+    /// Signed volume [m^3]: positive where triangles face outwards. Of an open mesh, the volume with its holes capped towards the box's middle.
+    pub fn volume(&self) -> f64 {
+        let (low, high) = self.bounds();
+        let middle = (low + high) / 2.0;
+        self.corners().map(|c| c.map(|p| p - middle)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+    }
+
+    /// Surface area [m^2].
+    pub fn area(&self) -> f64 {
+        self.corners().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+    }
+
+    /// Turns by `rotation`, then multiplies by `scale` about the origin, then moves by `offset` [m].
+    pub fn place(&mut self, rotation: DQuat, scale: f64, offset: DVec3) {
+        self.positions.iter_mut().for_each(|p| *p = rotation * *p * scale + offset);
+    }
+
+    /// The mesh's open edges: none where it is closed.
+    pub fn open_edges(&self) -> OpenEdges {
+        let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
+        for &[a, b, c] in &self.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                *balance.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
+            }
+        }
+        let open: Vec<_> = balance.into_iter().filter(|(_, net)| *net != 0).collect();
+        let mut parent: HashMap<u32, u32> = open.iter().flat_map(|((a, b), _)| [(*a, *a), (*b, *b)]).collect();
+        for ((a, b), _) in &open {
+            let (root_a, root_b) = (root(&mut parent, *a), root(&mut parent, *b));
+            parent.insert(root_a, root_b);
+        }
+        let vertices: Vec<u32> = parent.keys().copied().collect();
+        let mut boxes: HashMap<u32, (DVec3, DVec3)> = HashMap::new();
+        for vertex in vertices {
+            let position = self.positions[vertex as usize];
+            let (low, high) = boxes.entry(root(&mut parent, vertex)).or_insert((position, position));
+            (*low, *high) = (low.min(position), high.max(position));
+        }
+        OpenEdges {
+            count: open.len(),
+            holes: boxes.len(),
+            largest: boxes.values().map(|(low, high)| low.distance(*high)).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// The representative of `vertex`'s group, halving the way there.
+fn root(parent: &mut HashMap<u32, u32>, mut vertex: u32) -> u32 {
+    while let Some(&up) = parent.get(&vertex).filter(|up| **up != vertex) {
+        let above = parent.get(&up).copied().unwrap_or(up);
+        parent.insert(vertex, above);
+        vertex = above;
+    }
+    vertex
+}
+
+/// Text from a file, fit for an error message: one line, no control characters, at most 200 characters.
+fn one_line(text: &str) -> String {
+    let mut line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect();
+    if text.chars().nth(200).is_some() {
+        line.push_str("...");
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests;

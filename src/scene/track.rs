@@ -1,0 +1,208 @@
+//! Tools on keyframes.
+
+use super::file::Check;
+use crate::sim::params::ParamsError;
+use crate::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Times closer than this are one [s]: far below any substep, far above the rounding of `frame * frame_time`.
+const SAME_TIME: f64 = 1e-9;
+
+/// A turn about an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rotation {
+    /// The axis, of any length but 0.
+    pub axis: DVec3,
+    /// The angle, right-handed [degrees].
+    pub degrees: f64,
+}
+
+impl Default for Rotation {
+    fn default() -> Self {
+        Self { axis: DVec3::Y, degrees: 0.0 }
+    }
+}
+
+impl Rotation {
+    /// The rotation as a quaternion.
+    pub fn quaternion(&self) -> DQuat {
+        DQuat::from_axis_angle(self.axis.normalize_or(DVec3::Y), self.degrees.to_radians())
+    }
+}
+
+impl Check for Rotation {
+    fn check(&self) -> Result<(), ParamsError> {
+        if !self.axis.is_finite() || self.axis.try_normalize().is_none() {
+            return Err(ParamsError::new("rotation.axis", self.axis, "must be finite and not zero"));
+        }
+        if !self.degrees.is_finite() {
+            return Err(ParamsError::new("rotation.degrees", self.degrees, "must be finite"));
+        }
+        Ok(())
+    }
+}
+
+/// Where a tool is at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Keyframe {
+    /// Time from the scene's start [s].
+    pub time: f64,
+    /// Position of the tool's origin [m].
+    pub position: DVec3,
+    /// Rotation from the tool's frame to the world.
+    #[serde(default)]
+    pub rotation: Rotation,
+}
+
+impl Keyframe {
+    fn sample(&self) -> PoseSample {
+        PoseSample { time: self.time, pose: Pose { position: self.position, rotation: self.rotation.quaternion() } }
+    }
+}
+
+/// A tool and its way through the scene. It exists from its first keyframe to its last; with one keyframe, from that time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolTrack {
+    /// What to call it in reports.
+    #[serde(default)]
+    pub name: String,
+    /// Its shape.
+    pub shape: ToolShape,
+    /// The contact of its surface.
+    #[serde(default)]
+    pub contact: Contact,
+    /// Poses in strict order of time. Between them position is linear and rotation takes the shorter way.
+    pub keyframes: Vec<Keyframe>,
+}
+
+impl Check for ToolTrack {
+    fn check(&self) -> Result<(), ParamsError> {
+        self.tool().validate()?;
+        if self.keyframes.is_empty() {
+            return Err(ParamsError::new("keyframes", "[]", format!("tool `{}` needs at least one", self.name)));
+        }
+        for frame in &self.keyframes {
+            if !frame.time.is_finite() {
+                return Err(ParamsError::new("keyframes.time", frame.time, "must be finite"));
+            }
+            if !frame.position.is_finite() {
+                return Err(ParamsError::new("keyframes.position", frame.position, "must be finite"));
+            }
+            frame.rotation.check()?;
+        }
+        match self.keyframes.windows(2).find(|pair| pair[1].time - pair[0].time <= SAME_TIME) {
+            Some(pair) => {
+                let reason = format!("must be later than the keyframe before, at {} s", pair[0].time);
+                Err(ParamsError::new("keyframes.time", pair[1].time, reason))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl ToolTrack {
+    /// The tool.
+    pub fn tool(&self) -> Tool {
+        Tool { shape: self.shape, contact: self.contact }
+    }
+
+    /// The path as `id` through the frame from `start` to `end` [s], its times from `start` on; none in frames without the tool. Samples stand at the
+    /// frame's ends and at the keyframes within, which is exact: engines interpolate as keyframes do.
+    pub fn path(&self, id: u32, start: f64, end: f64) -> Option<ToolPath> {
+        let (first, last) = (self.keyframes.first()?.time, self.keyframes.last()?.time);
+        let last = if self.keyframes.len() == 1 { f64::INFINITY } else { last };
+        let (from, to) = (start.max(first), end.min(last));
+        if to - from <= SAME_TIME {
+            return None;
+        }
+        let whole = ToolPath { id, tool: self.tool(), samples: self.keyframes.iter().map(Keyframe::sample).collect() };
+        let within = |s: &&PoseSample| s.time > from + SAME_TIME && s.time < to - SAME_TIME;
+        let times = std::iter::once(from).chain(whole.samples.iter().filter(within).map(|s| s.time)).chain(std::iter::once(to));
+        let samples = times.map(|time| PoseSample { time: time - start, pose: whole.pose_at(time) }).collect();
+        Some(ToolPath { samples, ..whole })
+    }
+
+    /// Low and high corner of a box that the tool stays in at its keyframes [m].
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let half = match self.shape {
+            ToolShape::Sphere { radius } => DVec3::splat(radius),
+            ToolShape::Capsule { radius, half_length } => DVec3::new(radius, radius + half_length, radius),
+            ToolShape::Box { half_size } => half_size,
+            ToolShape::Blade { half_width, half_height } => DVec3::new(half_width, half_height, 0.0),
+        };
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        self.keyframes.iter().fold(none, |(low, high), frame| {
+            let turn = glam::DMat3::from_quat(frame.rotation.quaternion());
+            let reach = turn.x_axis.abs() * half.x + turn.y_axis.abs() * half.y + turn.z_axis.abs() * half.z;
+            (low.min(frame.position - reach), high.max(frame.position + reach))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track(times: &[f64]) -> ToolTrack {
+        let keyframes = times
+            .iter()
+            .map(|&time| Keyframe {
+                time,
+                position: DVec3::X * time,
+                rotation: Rotation { axis: DVec3::Z * 3.0, degrees: 90.0 * time },
+            })
+            .collect();
+        ToolTrack { name: "t".into(), shape: ToolShape::Sphere { radius: 0.1 }, contact: Contact::Stick, keyframes }
+    }
+
+    /// At every time of every frame the path is where the keyframes say.
+    #[test]
+    fn path_of_frames_follows_keyframes() {
+        let track = track(&[0.5, 0.8, 1.25]);
+        let mut frames = 0;
+        for frame in 0..20 {
+            let (start, end) = (f64::from(frame) * 0.1, f64::from(frame + 1) * 0.1);
+            let Some(path) = track.path(7, start, end) else { continue };
+            frames += 1;
+            assert!(path.is_finite() && path.id == 7);
+            for i in 0..=10 {
+                let time = (start + f64::from(i) * 0.01).clamp(0.5, 1.25);
+                let pose = path.pose_at(time - start);
+                assert!((pose.position - DVec3::X * time).length() < 1e-9, "{time}: {pose:?}");
+                assert!(pose.rotation.angle_between(DQuat::from_rotation_z((90.0 * time).to_radians())) < 1e-6);
+            }
+        }
+        assert_eq!(frames, 8, "from 0.5 to 1.25 s in frames of 0.1 s");
+    }
+
+    #[test]
+    fn single_keyframe_stands_from_its_time_on() {
+        let track = track(&[0.5]);
+        assert_eq!(track.path(1, 0.3, 0.4), None);
+        let path = track.path(1, 5.0, 5.1).expect("path");
+        assert_eq!((path.speed_max(), path.pose_at(0.0).position), (0.0, DVec3::X * 0.5));
+    }
+
+    #[test]
+    fn keyframes_out_of_order_or_missing_are_refused() {
+        for (times, part) in
+            [(&[0.0, 0.2, 0.1][..], "0.1: must be later"), (&[0.2, 0.2], "later"), (&[], "at least one"), (&[f64::NAN], "finite")]
+        {
+            let error = track(times).check().expect_err("bad keyframes").to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+
+    #[test]
+    fn bounds_of_turned_blade_hold_its_corners() {
+        let mut track = track(&[0.0, 1.0]);
+        track.shape = ToolShape::Blade { half_width: 0.3, half_height: 0.1 };
+        let (low, high) = track.bounds();
+        let expected = (DVec3::new(-0.3, -0.3, 0.0), DVec3::new(1.1, 0.3, 0.0));
+        assert!((low - expected.0).length() < 1e-12 && (high - expected.1).length() < 1e-12, "{low} {high}");
+    }
+}
