@@ -24,9 +24,10 @@ pub(crate) struct Bins {
     pub(crate) grid: BlockGrid,
 }
 
-/// First node of the stencil of a particle.
+/// First node of the stencil of a particle: floor(point - 1/2), for points from -1/2 on. Truncation instead of `floor`, which is a call on
+/// baseline x86-64 and took an eighth of the time.
 fn stencil_base(point: Vec3) -> IVec3 {
-    (point - 0.5).floor().as_ivec3()
+    (point + 0.5).as_ivec3() - 1
 }
 
 /// Quadratic B-spline weights of the three nodes of the stencil, per axis.
@@ -36,7 +37,8 @@ fn stencil_weights(point: Vec3, base: IVec3) -> [Vec3; 3] {
 }
 
 impl Bins {
-    /// Sorts the particles at `points`, in units of the node spacing from node 0; points that are not finite are left out.
+    /// Sorts the particles at `points`, in units of the node spacing from node 0, all at -1/2 or more; points that are not finite are
+    /// left out.
     /// Nodes from `margin.0` below a stencil's first node to `margin.1` above it are in blocks of the grid.
     pub(crate) fn new(points: Vec<Vec3>, margin: (i32, i32)) -> Self {
         let blocks: Vec<Option<IVec3>> =
