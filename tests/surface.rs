@@ -1,5 +1,6 @@
 //! The surface as a whole: topology against the node oracle, cuts, accuracy on a sphere, time.
 
+use bevy_clay::scene::export::write_mesh;
 use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
 use bevy_clay::surface::check::MeshCheck;
@@ -7,8 +8,9 @@ use bevy_clay::surface::extract::{extract, extract_field};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::mesh::Mesh;
 use bevy_clay::surface::oracle::euler_number_of_nodes;
-use bevy_clay::surface::weld::print_ready;
+use bevy_clay::surface::weld::{print_ready, separate};
 use glam::{DMat3, DVec3, Vec3};
+use proptest::prelude::*;
 
 /// SplitMix64: the same numbers everywhere.
 struct Random(u64);
@@ -86,8 +88,14 @@ fn sphere(radius: f64, jitter: f64, seed: u64) -> SurfaceSource {
 }
 
 #[derive(Debug)]
-#[allow(dead_code)]
-struct SphereError { volume_percent: f64, mean: f64, rms: f64, max: f64, normal_rms: f64, facet_rms: f64, components: usize }
+struct SphereError {
+    volume_percent: f64,
+    mean: f64,
+    rms: f64,
+    max: f64,
+    normal_rms: f64,
+    components: usize,
+}
 
 /// Errors of a mesh against the sphere, lengths in cells, angles in degrees.
 fn sphere_error(mesh: &Mesh, domain: &Domain, radius: f64) -> SphereError {
@@ -98,19 +106,16 @@ fn sphere_error(mesh: &Mesh, domain: &Domain, radius: f64) -> SphereError {
     let mean = d.iter().sum::<f64>() / n;
     let rms = (d.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
     let normals = mesh.normals.as_ref().expect("normals");
-    let angles = mesh.positions.iter().zip(normals).map(|(p, m)| local(p).angle_between(Vec3::from_array(*m).as_dvec3()).to_degrees());
+    let angles =
+        mesh.positions.iter().zip(normals).map(|(p, m)| local(p).angle_between(Vec3::from_array(*m).as_dvec3()).to_degrees());
     let normal_rms = (angles.map(|a| a * a).sum::<f64>() / n).sqrt();
-    let (mut sum, mut area) = (0.0, 0.0);
-    for t in &mesh.triangles {
-        let a = mesh.area_vector(*t);
-        let c = mesh.corners(*t).iter().map(|p| (*p - centre) / 3.0).sum::<DVec3>();
-        sum += a.angle_between(c).to_degrees().powi(2) * a.length();
-        area += a.length();
-    }
     let exact = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) * CELL.powi(3);
     SphereError {
-        volume_percent: 100.0 * (mesh.volume() / exact - 1.0), mean, rms,
-        max: d.iter().fold(0.0, |a, x| x.abs().max(a)), normal_rms, facet_rms: (sum / area).sqrt(),
+        volume_percent: 100.0 * (mesh.volume() / exact - 1.0),
+        mean,
+        rms,
+        max: d.iter().fold(0.0, |a, x| x.abs().max(a)),
+        normal_rms,
         components: mesh.component_labels().1,
     }
 }
@@ -124,7 +129,6 @@ fn cluster(count: usize, random: &mut Random) -> Vec<DVec3> {
     let centre = DVec3::splat(15.0) + random.vector(0.0, 1.0);
     points.iter().map(|p| centre + *p + random.vector(-0.1, 0.1)).collect()
 }
-
 
 /// Sphere of 10 cells, 8 particles per cell, jitter 1/4 and 1/2 of the particle distance, default settings.
 /// Measured: volume -0.11 and -0.18 %, rms 0.032 and 0.043 cells, vertex normals 2.7 and 3.5 degrees rms, one body.
@@ -255,15 +259,18 @@ fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
     is_right
 }
 
+/// 80 random cuts, half of them through: always closed and oriented as extracted, a manifold of the right topology after repair.
 #[test]
 fn cuts_of_no_width_give_the_right_bodies() {
     for tier in [Tier::Fine, Tier::Coarse] {
         let mut random = Random(11);
         let right = (0..80).filter(|&i| cut_is_right(&cut_cube(i, &mut random), DMat3::IDENTITY, tier, &format!("{i}"))).count();
         println!("{tier:?}: {right} of 80");
+        assert_eq!(right, 80, "{tier:?}");
     }
 }
 
+/// 60 cuts after the blade has left and the clay was deformed by a random affine map of +-15 %.
 #[test]
 fn cuts_persist_through_deformation() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -276,27 +283,146 @@ fn cuts_persist_through_deformation() {
             })
             .count();
         println!("{tier:?}: {right} of 60");
+        assert_eq!(right, 60, "{tier:?}");
     }
 }
 
-/// 104,900 particles, 8 per cell: a sphere of 14.63 cells.
+/// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from the cube's faces.
 #[test]
-fn extraction_time() {
+fn lips_of_a_cut_at_rest_touch() {
+    let mut random = Random(13);
+    for case in 0..10 {
+        let mut normal = random.direction();
+        normal = (normal + 2.0 * DVec3::X).normalize();
+        let offset = CUBE_CENTRE + random.vector(-1.0, 1.0);
+        let points = lattice(CUBE_CENTRE - 6.0, CUBE_CENTRE + 6.0, 0.25, &mut random, |_| true);
+        let distance = |p: DVec3| (p - offset).dot(normal);
+        let side = |i: usize| if distance(points[i]).abs() >= 3.0 { 0 } else { distance(points[i]).signum() as i8 };
+        let s = source(domain(30.0), &points, side, 1.0);
+        let mesh = extract(&s, &SurfaceSettings::default());
+        // Area and area-weighted distance of the lip of the back body (it faces forward) and of the front body; both squared for rms.
+        let (mut areas, mut sums, mut squares) = ([0.0; 2], [0.0; 2], 0.0);
+        for t in &mesh.triangles {
+            let vector = mesh.area_vector(*t);
+            let centre = s.domain.to_grid(mesh.corners(*t).iter().sum::<DVec3>() / 3.0);
+            let along = vector.dot(normal) / vector.length();
+            let is_deep = (centre - CUBE_CENTRE).abs().max_element() < 4.5;
+            if is_deep && along.abs() > 0.7 && distance(centre).abs() < 0.75 {
+                let lip = usize::from(along < 0.0);
+                areas[lip] += vector.length();
+                sums[lip] += vector.length() * distance(centre);
+                squares += vector.length() * distance(centre).powi(2);
+            }
+        }
+        let gap = sums[1] / areas[1] - sums[0] / areas[0];
+        let rms = (squares / (areas[0] + areas[1])).sqrt();
+        println!("case {case}: gap {gap:.4} rms {rms:.3} cells, lip areas {:.1} {:.1}", areas[0] * 1e6, areas[1] * 1e6);
+        assert!(areas[0] > 60e-6 && areas[1] > 60e-6, "case {case}: lips missing: {areas:?}");
+        assert!(gap.abs() <= 0.02 && rms < 0.15, "case {case}: gap {gap}, rms {rms} cells");
+    }
+}
+
+/// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same volume.
+#[test]
+fn cut_survives_an_stl_file() {
+    let mut random = Random(14);
+    let cut = cut_cube(0, &mut random);
+    let mesh = extract(&source(domain(30.0), &cut.points, |i| cut.sides[i], 1.0), &SurfaceSettings::default());
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("cut.stl");
+    write_mesh(&path, &mesh).expect("written");
+    let read = stl_io::read_stl(&mut std::fs::File::open(&path).expect("file")).expect("an STL");
+    let triangles = read.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect();
+    let read = Mesh::new(read.vertices.iter().map(|v| v.0).collect(), triangles);
+    let check = MeshCheck::of(&read);
+    assert!(check.is_closed_manifold() && check.components == 2, "{check:?}");
+    assert!((read.volume() / 1e9 / mesh.volume() - 1.0).abs() < 1e-3);
+}
+
+/// The same particles give the same bits on one thread and on five.
+#[test]
+fn extraction_does_not_depend_on_the_number_of_threads() {
+    let mut random = Random(15);
+    let cut = cut_cube(1, &mut random);
+    let s = source(domain(30.0), &cut.points, |i| cut.sides[i], 1.0);
+    let with_threads = |count: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool");
+        pool.install(|| extract(&s, &SurfaceSettings::default()))
+    };
+    let one = with_threads(1);
+    assert!(!one.triangles.is_empty());
+    assert!(one == with_threads(5) && one == with_threads(2));
+}
+
+/// Particles that are not finite, or far outside the grid, are left out; no particles give an empty mesh.
+#[test]
+fn unusable_particles_are_left_out() {
+    let s = sphere(4.0, 0.25, 3);
+    let expected = extract(&s, &SurfaceSettings::default());
+    let mut particles = s.particles.to_vec();
+    for x in [f32::NAN, f32::INFINITY, -1e30, 1e6] {
+        particles.push(SurfaceParticle { position: [20.0, x, 20.0], ..particles[0] });
+        particles.push(SurfaceParticle { volume_ratio: f32::NAN, ..particles[0] });
+    }
+    let mesh = extract(&SurfaceSource { domain: s.domain, particles: particles.into() }, &SurfaceSettings::default());
+    assert!(mesh == expected);
+    let none = SurfaceSource { domain: s.domain, particles: Vec::new().into() };
+    assert!(extract(&none, &SurfaceSettings::default()).triangles.is_empty());
+}
+
+/// Two lumps at opposite ends of the largest grid cost what two lumps cost, not what the grid would (64 GiB).
+#[test]
+fn memory_follows_the_particles_and_not_the_grid() {
+    let mut random = Random(16);
+    let mut points = Vec::new();
+    for corner in [DVec3::splat(8.0), DVec3::splat(1000.0)] {
+        points.extend(lattice(corner, corner + 4.0, 0.25, &mut random, |_| true));
+    }
+    let s = source(domain(1012.0), &points, |_| 0, 1.0);
+    let field = Field::of_particles(&s, &SurfaceSettings::default());
+    println!("{} KiB", field.memory() / 1024);
+    assert!(field.memory() < 1 << 20, "{} bytes", field.memory());
+    assert_eq!(MeshCheck::of(&extract(&s, &SurfaceSettings::default())).components, 2);
+}
+
+/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work: TIMING. The bound only
+/// finds a slip of an order of magnitude.
+#[test]
+fn extraction_of_104900_particles_is_fast() {
     let s = sphere(14.63, 0.25, 3);
     for tier in [Tier::Fine, Tier::Coarse] {
-        let settings = SurfaceSettings::new(tier);
         let mut best = f64::MAX;
-        let mut best_field = f64::MAX;
-        let mut mesh = Mesh::default();
+        let mut triangle_count = 0;
         for _ in 0..10 {
             let start = std::time::Instant::now();
-            let f = Field::of_particles(&s, &settings);
-            best_field = best_field.min(start.elapsed().as_secs_f64() * 1e3);
-            let start = std::time::Instant::now();
-            drop(f);
-            mesh = extract(&s, &settings);
+            triangle_count = extract(&s, &SurfaceSettings::new(tier)).triangles.len();
             best = best.min(start.elapsed().as_secs_f64() * 1e3);
         }
-        println!("{tier:?} {} particles {} triangles {best:.1} ms field {best_field:.1}", s.particles.len(), mesh.triangles.len());
+        println!("{tier:?}: {} particles, {triangle_count} triangles, {best:.1} ms", s.particles.len());
+        assert!(best < 1500.0, "{tier:?}: {best} ms");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Any f, P and M, consistent or not, give a closed mesh, and a manifold after separation.
+    #[test]
+    fn any_fields_give_a_closed_surface(nodes in proptest::collection::vec((0.0f32..1.2, 0.0f32..1.2, -1i8..2), 125)) {
+        let mut fields = [vec![0.0; 343], vec![0.0; 343], vec![0.0; 343]];
+        for (i, (f, part, side)) in nodes.into_iter().enumerate() {
+            let at = i % 5 + 1 + 7 * (i / 5 % 5 + 1 + 7 * (i / 25 + 1));
+            fields[0][at] = f;
+            match side {
+                1 => fields[1][at] = part.min(f),
+                -1 => fields[2][at] = part.min(f),
+                _ => {}
+            }
+        }
+        let mesh = extract_field(&Field::from_nodes([7; 3], &fields[0], Some((&fields[1], &fields[2]))), 0.5);
+        let check = MeshCheck::of(&mesh);
+        prop_assert!(check.open_edges == 0 && check.misoriented_edges == 0, "{check:?}");
+        let check = MeshCheck::of(&separate(&mesh));
+        prop_assert!(check.is_closed_manifold(), "{check:?}");
     }
 }
