@@ -23,6 +23,8 @@ pub mod solid;
 pub mod track;
 pub mod winding;
 
+pub mod export;
+
 /// What most programs need.
 pub mod prelude {
     pub use super::build::BuiltScene;
