@@ -71,6 +71,14 @@ pub fn write_particles(path: &Path, snapshot: &Snapshot) -> Result<(), ExportErr
     })
 }
 
+/// Writes a text file whole.
+///
+/// # Errors
+/// A file that cannot be written; then nothing is left at `path` that was not there before.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
+    write_whole(path, |out| out.write_all(text.as_bytes()))
+}
+
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }

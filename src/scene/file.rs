@@ -19,6 +19,7 @@ use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{ParamsError, Wall, Walls};
 use crate::sim::plan::InertiaScaling;
+use crate::surface::field::Tier;
 use glam::DVec3;
 use ron::extensions::Extensions;
 use serde::de::Error as _;
@@ -107,23 +108,13 @@ pub struct Room {
     pub high: DVec3,
 }
 
-/// Quality of a written surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Tier {
-    /// Field at half a cell width.
-    #[default]
-    Fine,
-    /// Field at a cell width.
-    Coarse,
-}
-
 /// What a run writes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Outputs {
     /// File name of the last surface; `None` for no surface.
     pub surface: Option<String>,
-    /// Quality of the surface.
+    /// Spacing of the surface's grid.
     pub tier: Tier,
     /// Whether to write the last particles.
     pub particles: bool,

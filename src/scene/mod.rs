@@ -29,7 +29,8 @@ pub mod export;
 pub mod prelude {
     pub use super::build::BuiltScene;
     pub use super::error::SceneError;
-    pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene, Tier};
+    pub use super::export::{ExportError, write_mesh, write_particles, write_text};
+    pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::track::{Keyframe, Rotation, ToolTrack};

@@ -15,9 +15,10 @@ use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::scatter::Bins;
 use crate::sim::engine::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Spacing of the visual grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tier {
     /// Nodes every half cell.
     #[default]
