@@ -242,8 +242,8 @@ fn cut_cube(index: usize, random: &mut Random) -> CutCube {
     CutCube { points, sides, is_full }
 }
 
-/// Extracts, repairs, and tells whether topology is as it must be: two balls for a full cut, one for a partial cut.
-fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
+/// Extracts, repairs, and tells what is wrong with the topology: it must be two balls for a full cut, one for a partial cut.
+fn cut_fault(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> Option<String> {
     let points: Vec<DVec3> = cut.points.iter().map(|p| CUBE_CENTRE + map * (*p - CUBE_CENTRE)).collect();
     let s = source(domain(30.0), &points, |i| cut.sides[i], map.determinant().abs());
     let raw = extract(&s, &SurfaceSettings::new(tier));
@@ -253,12 +253,11 @@ fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
     let fixed = MeshCheck::of(&mesh);
     assert!(fixed.is_closed_manifold(), "{name}: {fixed:?}");
     let expected = if cut.is_full { 2 } else { 1 };
-    let is_right = fixed.components == expected && fixed.euler == 2 * expected as i64;
-    if !is_right {
-        let volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / CELL.powi(3)).collect();
-        println!("{name} full {} raw {check:?} fixed {fixed:?} {repairs:?} {volumes:?}", cut.is_full);
+    if fixed.components == expected && fixed.euler == 2 * expected as i64 {
+        return None;
     }
-    is_right
+    let volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / CELL.powi(3)).collect();
+    Some(format!("{name}: full {}, {fixed:?}, {repairs:?}, volumes {volumes:?} cells", cut.is_full))
 }
 
 /// 80 random cuts, half of them through: always closed and oriented as extracted, a manifold of the right topology after repair.
@@ -267,9 +266,9 @@ fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
 fn cuts_of_no_width_give_the_right_bodies() {
     for tier in [Tier::Fine, Tier::Coarse] {
         let mut random = Random(11);
-        let right = (0..80).filter(|&i| cut_is_right(&cut_cube(i, &mut random), DMat3::IDENTITY, tier, &format!("{i}"))).count();
-        println!("{tier:?}: {right} of 80");
-        assert_eq!(right, 80, "{tier:?}");
+        let fault = |i| cut_fault(&cut_cube(i, &mut random), DMat3::IDENTITY, tier, &format!("{tier:?} {i}"));
+        let faults: Vec<String> = (0..80).filter_map(fault).collect();
+        assert!(faults.is_empty(), "{} of 80: {faults:#?}", faults.len());
     }
 }
 
@@ -279,15 +278,14 @@ fn cuts_of_no_width_give_the_right_bodies() {
 fn cuts_persist_through_deformation() {
     for tier in [Tier::Fine, Tier::Coarse] {
         let mut random = Random(12);
-        let right = (0..60)
-            .filter(|&i| {
+        let faults: Vec<String> = (0..60)
+            .filter_map(|i| {
                 let cut = cut_cube(i, &mut random);
                 let columns = [0, 1, 2].map(|d| DVec3::AXES[d] + random.vector(-0.15, 0.15));
-                cut_is_right(&cut, DMat3::from_cols(columns[0], columns[1], columns[2]), tier, &format!("{i}"))
+                cut_fault(&cut, DMat3::from_cols(columns[0], columns[1], columns[2]), tier, &format!("{tier:?} {i}"))
             })
-            .count();
-        println!("{tier:?}: {right} of 60");
-        assert_eq!(right, 60, "{tier:?}");
+            .collect();
+        assert!(faults.is_empty(), "{} of 60: {faults:#?}", faults.len());
     }
 }
 
@@ -336,13 +334,14 @@ fn lips_of_a_cut_at_rest_touch() {
     }
 }
 
-/// A partial cut ends where the tags end, and its lips are welded there without a seam of empty triangles.
-/// Measured: -0.11 to 0.38 cells; with any trace of a tag (5 %) making a side, -0.83 to -1.22.
+/// A partial cut ends where the tags end, and its lips are welded there without caps along the front.
+/// Measured: -0.11 to 0.38 cells; with any trace of a tag (5 %) making a side, -0.83 to -1.22. Longest edge
+/// 0.86 cells; 12.3 with lips that are not welded at the front.
 #[test]
 fn crack_front_stands_where_the_tags_end() {
     let mut random = Random(17);
     let mut ends = Vec::new();
-    let mut degenerate = 0;
+    let mut longest = 0.0;
     for _ in 0..10 {
         let (x, depth) = (18.0 + random.range(-1.0, 1.0), 18.0 + random.range(-2.0, 2.0));
         let points = lattice(CUBE_CENTRE - 6.0, CUBE_CENTRE + 6.0, 0.25, &mut random, |_| true);
@@ -350,15 +349,17 @@ fn crack_front_stands_where_the_tags_end() {
             |i: usize| if (points[i].x - x).abs() >= 3.0 || points[i].y <= depth { 0 } else { (points[i].x - x).signum() as i8 };
         let s = source(domain(30.0), &points, side, 1.0);
         let mesh = extract(&s, &SurfaceSettings::default());
-        degenerate += MeshCheck::of(&mesh).degenerate_triangles;
+        let length = |[a, b]: [u32; 2]| Vec3::from_array(mesh.positions[a as usize]).distance(mesh.positions[b as usize].into());
+        longest = mesh.edges().map(length).fold(0.0, f32::max).max(longest);
         let positions = mesh.positions.iter().map(|p| s.domain.to_grid(Vec3::from_array(*p).as_dvec3()));
         let is_deep = |p: &DVec3| (*p - CUBE_CENTRE).abs().max_element() < 4.5;
         let end = positions.filter(is_deep).map(|p| p.y - depth).fold(f64::MAX, f64::min);
         ends.push(end);
     }
-    println!("lowest lip vertex over the end of the tags {ends:.2?} cells, {degenerate} degenerate triangles");
+    println!("lowest lip vertex over the end of the tags {ends:.2?} cells, longest edge {longest:.5} m");
     assert!(ends.iter().all(|e| e.abs() <= 0.75), "{ends:?} cells");
-    assert!(degenerate == 0, "{degenerate} degenerate triangles");
+    // The diagonal of a cell of the visual grid is 0.87 cells; a cap over a whole unwelded front would be longer.
+    assert!(f64::from(longest) <= 0.9 * CELL, "{longest} m");
 }
 
 /// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same volume.
