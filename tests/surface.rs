@@ -145,7 +145,7 @@ fn sphere_of_ten_cells_is_accurate_on_the_fine_grid() {
     }
 }
 
-/// The same on the coarse grid.
+/// The same on the coarse grid. Measured: volume -0.82 and -0.89 %, rms 0.026 and 0.033 cells, vertex normals 2.5 and 2.7 degrees rms.
 #[test]
 fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     for jitter in [0.25, 0.5] {
@@ -157,7 +157,7 @@ fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     }
 }
 
-/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512.
+/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512. Measured: volume -0.45 %.
 #[test]
 fn sphere_of_compressed_clay_keeps_its_volume() {
     let s = sphere(RADIUS, 0.25, 3);
@@ -170,6 +170,8 @@ fn sphere_of_compressed_clay_keeps_its_volume() {
 }
 
 /// Clusters of 8 particles keep their volume within 50 % in the mean, of 27 and more within 25 % each.
+/// Measured volume over particle volume, mean of 30: 1 1.5, 2 2.4, 4 1.6, 8 1.43, 16 1.05, 27 0.86, 64 0.81, 125 0.80. The coarse grid does not
+/// resolve clusters: 8 0.9, 27 0.2, 125 0.5.
 #[test]
 fn small_clusters_keep_their_volume() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -240,8 +242,8 @@ fn cut_cube(index: usize, random: &mut Random) -> CutCube {
     CutCube { points, sides, is_full }
 }
 
-/// Extracts, repairs, and tells whether topology is as it must be: two balls for a full cut, one for a partial cut.
-fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
+/// Extracts, repairs, and tells what is wrong with the topology: it must be two balls for a full cut, one for a partial cut.
+fn cut_fault(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> Option<String> {
     let points: Vec<DVec3> = cut.points.iter().map(|p| CUBE_CENTRE + map * (*p - CUBE_CENTRE)).collect();
     let s = source(domain(30.0), &points, |i| cut.sides[i], map.determinant().abs());
     let raw = extract(&s, &SurfaceSettings::new(tier));
@@ -251,43 +253,44 @@ fn cut_is_right(cut: &CutCube, map: DMat3, tier: Tier, name: &str) -> bool {
     let fixed = MeshCheck::of(&mesh);
     assert!(fixed.is_closed_manifold(), "{name}: {fixed:?}");
     let expected = if cut.is_full { 2 } else { 1 };
-    let is_right = fixed.components == expected && fixed.euler == 2 * expected as i64;
-    if !is_right {
-        let volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / CELL.powi(3)).collect();
-        println!("{name} full {} raw {check:?} fixed {fixed:?} {repairs:?} {volumes:?}", cut.is_full);
+    if fixed.components == expected && fixed.euler == 2 * expected as i64 {
+        return None;
     }
-    is_right
+    let volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / CELL.powi(3)).collect();
+    Some(format!("{name}: full {}, {fixed:?}, {repairs:?}, volumes {volumes:?} cells", cut.is_full))
 }
 
 /// 80 random cuts, half of them through: always closed and oriented as extracted, a manifold of the right topology after repair.
+/// Measured: 80 of 80 on both grids.
 #[test]
 fn cuts_of_no_width_give_the_right_bodies() {
     for tier in [Tier::Fine, Tier::Coarse] {
         let mut random = Random(11);
-        let right = (0..80).filter(|&i| cut_is_right(&cut_cube(i, &mut random), DMat3::IDENTITY, tier, &format!("{i}"))).count();
-        println!("{tier:?}: {right} of 80");
-        assert_eq!(right, 80, "{tier:?}");
+        let fault = |i| cut_fault(&cut_cube(i, &mut random), DMat3::IDENTITY, tier, &format!("{tier:?} {i}"));
+        let faults: Vec<String> = (0..80).filter_map(fault).collect();
+        assert!(faults.is_empty(), "{} of 80: {faults:#?}", faults.len());
     }
 }
 
-/// 60 cuts after the blade has left and the clay was deformed by a random affine map of +-15 %.
+/// 60 cuts after the blade has left and the clay was deformed by a random affine map of +-15 %. Measured: 60 of 60 on both
+/// grids; 59 of 60 if empty nodes counted as clay of no side, which bridges the cut along the free surface.
 #[test]
 fn cuts_persist_through_deformation() {
     for tier in [Tier::Fine, Tier::Coarse] {
         let mut random = Random(12);
-        let right = (0..60)
-            .filter(|&i| {
+        let faults: Vec<String> = (0..60)
+            .filter_map(|i| {
                 let cut = cut_cube(i, &mut random);
                 let columns = [0, 1, 2].map(|d| DVec3::AXES[d] + random.vector(-0.15, 0.15));
-                cut_is_right(&cut, DMat3::from_cols(columns[0], columns[1], columns[2]), tier, &format!("{i}"))
+                cut_fault(&cut, DMat3::from_cols(columns[0], columns[1], columns[2]), tier, &format!("{tier:?} {i}"))
             })
-            .count();
-        println!("{tier:?}: {right} of 60");
-        assert_eq!(right, 60, "{tier:?}");
+            .collect();
+        assert!(faults.is_empty(), "{} of 60: {faults:#?}", faults.len());
     }
 }
 
 /// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from the cube's faces.
+/// Measured: 0.0002 to 0.0052 cells apart, rms off the plane 0.02 to 0.06, worst vertex 0.15 (0.30 with lips midway between nodes).
 #[test]
 fn lips_of_a_cut_at_rest_touch() {
     let mut random = Random(13);
@@ -331,12 +334,14 @@ fn lips_of_a_cut_at_rest_touch() {
     }
 }
 
-/// A partial cut ends where the tags end, and its lips are welded there without a seam of empty triangles.
+/// A partial cut ends where the tags end, and its lips are welded there without caps along the front.
+/// Measured: -0.11 to 0.38 cells; with any trace of a tag (5 %) making a side, -0.83 to -1.22. Longest edge
+/// 0.86 cells; 12.3 with lips that are not welded at the front.
 #[test]
 fn crack_front_stands_where_the_tags_end() {
     let mut random = Random(17);
     let mut ends = Vec::new();
-    let mut degenerate = 0;
+    let mut longest = 0.0;
     for _ in 0..10 {
         let (x, depth) = (18.0 + random.range(-1.0, 1.0), 18.0 + random.range(-2.0, 2.0));
         let points = lattice(CUBE_CENTRE - 6.0, CUBE_CENTRE + 6.0, 0.25, &mut random, |_| true);
@@ -344,15 +349,17 @@ fn crack_front_stands_where_the_tags_end() {
             |i: usize| if (points[i].x - x).abs() >= 3.0 || points[i].y <= depth { 0 } else { (points[i].x - x).signum() as i8 };
         let s = source(domain(30.0), &points, side, 1.0);
         let mesh = extract(&s, &SurfaceSettings::default());
-        degenerate += MeshCheck::of(&mesh).degenerate_triangles;
+        let length = |[a, b]: [u32; 2]| Vec3::from_array(mesh.positions[a as usize]).distance(mesh.positions[b as usize].into());
+        longest = mesh.edges().map(length).fold(0.0, f32::max).max(longest);
         let positions = mesh.positions.iter().map(|p| s.domain.to_grid(Vec3::from_array(*p).as_dvec3()));
         let is_deep = |p: &DVec3| (*p - CUBE_CENTRE).abs().max_element() < 4.5;
         let end = positions.filter(is_deep).map(|p| p.y - depth).fold(f64::MAX, f64::min);
         ends.push(end);
     }
-    println!("lowest lip vertex over the end of the tags {ends:.2?} cells, {degenerate} degenerate triangles");
+    println!("lowest lip vertex over the end of the tags {ends:.2?} cells, longest edge {longest:.5} m");
     assert!(ends.iter().all(|e| e.abs() <= 0.75), "{ends:?} cells");
-    assert!(degenerate == 0, "{degenerate} degenerate triangles");
+    // The diagonal of a cell of the visual grid is 0.87 cells; a cap over a whole unwelded front would be longer.
+    assert!(f64::from(longest) <= 0.9 * CELL, "{longest} m");
 }
 
 /// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same volume.
@@ -418,8 +425,8 @@ fn memory_follows_the_particles_and_not_the_grid() {
     assert_eq!(MeshCheck::of(&extract(&s, &SurfaceSettings::default())).components, 2);
 }
 
-/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work: TIMING. The bound only
-/// finds a slip of an order of magnitude.
+/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work, best of 10:
+/// 60 ms on the fine grid (32,436 triangles), 26 ms on the coarse one (8,088). The bound only finds a slip of an order of magnitude.
 #[test]
 fn extraction_of_104900_particles_is_fast() {
     let s = sphere(14.63, 0.25, 3);

@@ -213,15 +213,10 @@ impl CellTile {
         q(low) / (q(low) - q(high))
     }
 
-    /// Free surface of one side, where the other side has none: not beyond the sheet.
+    /// Free surface of one side, where the other side has none.
     fn lip_crossing(&self, low: usize, high: usize, side: i8) -> f64 {
-        let sheet = self.sheet_crossing(low, high);
         let (a, b) = (self.side_value(low, side), self.side_value(high, side));
-        if (a > self.iso) == (b > self.iso) {
-            return sheet;
-        }
-        let t = self.crossing_of(a, b);
-        if self.owners[low] == side { t.min(sheet) } else { t.max(sheet) }
+        if (a > self.iso) == (b > self.iso) { self.sheet_crossing(low, high) } else { self.crossing_of(a, b) }
     }
 
     /// Position of a tile node relative to the block [nodes].

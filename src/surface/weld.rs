@@ -284,6 +284,20 @@ mod tests {
         assert_eq!(separated.volume(), 10.0);
     }
 
+    /// Two boxes with one face on the other that share one edge of it: the slit between them is not taken for a body of no width.
+    #[test]
+    fn boxes_at_a_slit_stay_two_bodies() {
+        let mut mesh = Mesh::default();
+        append_box(&mut mesh, [0.0; 3], [1.0; 3]);
+        append_box(&mut mesh, [1.0, 0.0, 0.0], [2.0, 1.0, 1.0]);
+        // Corners 0 and 2 of the second box are corners 1 and 3 of the first.
+        mesh.triangles.iter_mut().flatten().for_each(|v| *v = if *v == 8 || *v == 10 { *v - 7 } else { *v });
+        let before = MeshCheck::of(&mesh);
+        assert_eq!((before.nonmanifold_edges, before.components), (1, 1));
+        let check = MeshCheck::of(&separate(&mesh));
+        assert!(check.is_closed_manifold() && check.components == 2, "{check:?}");
+    }
+
     /// A box and two coincident triangles back to back, far from it.
     #[test]
     fn pillows_are_dropped_and_reported() {
