@@ -31,13 +31,15 @@
 //! ```
 #![warn(missing_docs)]
 
-//pub mod plugin;
+#[cfg(feature = "bevy")]
+pub mod plugin;
 pub mod scene;
 pub mod sim;
 pub mod surface;
 
 /// What most programs need.
 pub mod prelude {
-    //pub use crate::plugin::*;
+    #[cfg(feature = "bevy")]
+    pub use crate::plugin::prelude::*;
     pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
 }
