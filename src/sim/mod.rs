@@ -22,16 +22,16 @@
 //!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for
 //!    each class of particles: untagged U, front F (side +1), back B (side -1).
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
-//!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
+//!    1. **Fold.** Momenta include the substep's gravity, `p += m g h (rho / rho_s)`. Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
 //!       first, for each class (U, F, B) apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or
 //!       subtracts (stick). A separating wall folds a column of three nodes only while its reaction, of the classes' totals,
 //!       `R = (m+ - m-) / (m+ + m-) (p+ - p-) - (p+ + p0 + p-)` is positive: `+` mirror, `0` wall node, `-` ghost, `p` the normal
-//!       momenta away from the wall with the substep's gravity; else that column has no wall in this substep.
+//!       momenta away from the wall; else that column has no wall in this substep.
 //!    2. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that
 //!       answers) the node is split and its owner is the sign of the distance (0 counts as front). Else it is split where
 //!       `m_F + m_B > (m_U + m_F + m_B) / 2` (folded masses), with owner front if `m_F >= m_B`; else it is whole. A split node has two
 //!       fields: *main* = U + owner's class, *other* = the other class; a whole node has one: all three.
-//!    3. **Velocity** `v = p / m + g h (rho / rho_s)`, times `exp(-damping h)`.
+//!    3. **Velocity** `v = p / m`, times `exp(-damping h)`.
 //!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
 //!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
 //!       (the contact of the tool; U belongs to main). Elsewhere the two fields of a split node exchange momentum while they approach along

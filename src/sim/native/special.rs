@@ -50,7 +50,8 @@ const UNTAGGED: usize = 0;
 const FRONT: usize = 1;
 const BACK: usize = 2;
 
-/// The sums of the three classes at the 64 nodes: as scattered, and folded.
+/// The sums of the three classes at the 64 nodes, gravity's impulse included: as scattered, and folded. The image of a particle in a wall
+/// falls the other way, so gravity folds with the rest.
 struct Block {
     raw: [[Sum; 3]; 64],
     folded: [[Sum; 3]; 64],
@@ -70,9 +71,9 @@ pub(super) fn update(
     meeting: &Meeting<'_>,
     gradient: &dyn Fn(IVec3) -> DVec3,
 ) -> GridReport {
-    let mut b = Block::load(nodes, sides.as_deref());
+    let mut b = Block::load(nodes, sides.as_deref(), step);
     b.report.tools = vec![Default::default(); meeting.tools.len()];
-    let folds = b.fold(block, step, meeting.domain);
+    let folds = b.fold(block, meeting.domain);
     let mut is_ghost = [false; 64];
     folds.iter().for_each(|f| is_ghost[f.ghost] = true);
     for k in (0..64).filter(|k| !is_ghost[*k]) {
@@ -85,10 +86,10 @@ pub(super) fn update(
 }
 
 impl Block {
-    fn load(nodes: &Nodes, sides: Option<&[Nodes; 2]>) -> Self {
+    fn load(nodes: &Nodes, sides: Option<&[Nodes; 2]>, step: &GridStep) -> Self {
         let sum = |n: &Nodes, k: usize| {
             let q = n[k].0.map(f64::from);
-            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
+            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity }
         };
         let raw = std::array::from_fn(|k| {
             let side = |s: usize| sides.map_or(Sum::default(), |sides| sum(&sides[s], k));
@@ -98,7 +99,7 @@ impl Block {
     }
 
     /// Folds ghost nodes onto their mirrors, axis by axis; returns the columns that a wall acts on.
-    fn fold(&mut self, block: IVec3, step: &GridStep, domain: &Domain) -> Vec<Fold> {
+    fn fold(&mut self, block: IVec3, domain: &Domain) -> Vec<Fold> {
         let mut folds = vec![];
         let (low, high) = domain.wall_nodes();
         for axis in 0..3 {
@@ -115,7 +116,7 @@ impl Block {
                     };
                     let w = wall % BLOCK;
                     let fold = Fold { axis, ghost: at(w - inward), wall: at(w), mirror: at(w + inward), kind };
-                    if self.fold_column(&fold, f64::from(inward), step) {
+                    if self.fold_column(&fold, f64::from(inward)) {
                         folds.push(fold);
                     }
                 }
@@ -125,10 +126,10 @@ impl Block {
     }
 
     /// Folds one column unless its wall is a separating one that would have to pull.
-    fn fold_column(&mut self, f: &Fold, inward: f64, step: &GridStep) -> bool {
+    fn fold_column(&mut self, f: &Fold, inward: f64) -> bool {
         let total = |k: usize| self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
         if f.kind == Wall::Separate {
-            let normal = |s: Sum| (s.momentum + s.mass * step.gravity)[f.axis] * inward;
+            let normal = |s: Sum| s.momentum[f.axis] * inward;
             let (plus, zero, minus) = (total(f.mirror), total(f.wall), total(f.ghost));
             let (p, o, m) = (normal(plus), normal(zero), normal(minus));
             let mass = plus.mass + minus.mass;
@@ -243,7 +244,7 @@ impl Block {
         for k in (0..64).filter(|k| is_at_wall[*k]) {
             let mut impulse = -self.pushed[k];
             for (class, v) in self.raw[k].iter().zip(self.velocity[k]) {
-                impulse += class.mass * v - step.damping * (class.momentum + class.mass * step.gravity);
+                impulse += class.mass * v - step.damping * class.momentum;
             }
             self.report.wall_impulse += impulse;
             self.report.impulse_scale += impulse.length();
@@ -283,7 +284,7 @@ impl Fold {
 
 fn velocity(sum: Sum, step: &GridStep) -> DVec3 {
     // A NaN mass must show.
-    if sum.mass > 0.0 || sum.mass.is_nan() { (sum.momentum / sum.mass + step.gravity) * step.damping } else { DVec3::ZERO }
+    if sum.mass > 0.0 || sum.mass.is_nan() { sum.momentum / sum.mass * step.damping } else { DVec3::ZERO }
 }
 
 /// The two sides of a kept cut exchange momentum while they approach; `gradient` points from back to front.

@@ -1,1 +1,90 @@
-//! oracle
+//! The judge: the substep in f64, scalar, serial and plain, written from the specification in [`sim`](super) and not from an engine.
+//!
+//! Read [`substep`](mod@substep) first: it is the whole method in one page. Each pass is a file, in the order in which it runs:
+//!
+//! | file        | does                                                                     | equation                             |
+//! |-------------|--------------------------------------------------------------------------|--------------------------------------|
+//! | `tags`      | particles take and keep their side of a blade                            | Eq. 1, swept                         |
+//! | `p2g`       | particles to nodes                                                       | Eq. 2-4, MLS-MPM, APIC               |
+//! | `sides`     | which nodes are two-sided                                                | Eq. 2-3, compatibility               |
+//! | `walls`     | the room's walls as mirrors                                              | method of images                     |
+//! | `contact`   | side against side, clay against tools                                    | Coulomb                              |
+//! | `g2p`       | nodes to particles, advection                                            | APIC                                 |
+//! | `law`       | Hencky elasticity, von Mises return                                      | Eq. 5 scales the yield stress        |
+//! | `report`    | momentum, energy and volume                                              | -                                    |
+//!
+//! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
+//! paper named in [`sim`](super). Lengths are in cells, all else in SI units.
+
+mod contact;
+mod g2p;
+mod grid;
+pub mod law;
+mod p2g;
+mod particle;
+mod report;
+mod sides;
+mod stencil;
+pub mod substep;
+mod tags;
+mod tools;
+mod walls;
+
+pub use particle::Particle;
+
+use super::engine::{FramePlan, FrameReport};
+use super::material::ClayMaterial;
+use super::params::Domain;
+use super::snapshot::{self, Snapshot};
+
+/// The clay in f64 and the method that moves it. Serial, and the same in every run.
+#[derive(Clone, Debug)]
+pub struct Oracle {
+    /// The room.
+    pub domain: Domain,
+    /// What the clay is made of: that of the last plan.
+    pub material: ClayMaterial,
+    /// Simulated time [s].
+    pub time: f64,
+    /// The particles in motion, in the snapshot's order.
+    pub particles: Vec<Particle>,
+    /// Particles that were not finite when loaded, as they came.
+    frozen: Vec<snapshot::Particle>,
+}
+
+impl Oracle {
+    /// Loads a snapshot. Particles that are not finite are set aside and named in every report.
+    pub fn new(snapshot: &Snapshot) -> Self {
+        let (finite, frozen): (Vec<_>, Vec<_>) = snapshot.particles.iter().partition(|p| p.is_finite());
+        Self {
+            domain: snapshot.domain,
+            material: snapshot.material,
+            time: snapshot.time,
+            particles: finite.iter().map(Particle::from_snapshot).collect(),
+            frozen,
+        }
+    }
+
+    /// Runs one frame. The plan has to be [valid](FramePlan::validate); the step is taken as given and never halved.
+    pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
+        let mut frame = report::begin(&self.particles, plan);
+        for step in 0..plan.steps {
+            substep::substep(&mut self.particles, &self.domain, plan, f64::from(step) * plan.dt, &mut frame);
+        }
+        self.time += plan.duration();
+        self.material = plan.material;
+        report::end(&mut frame, &self.particles, &self.domain, plan);
+        frame.time = self.time;
+        frame.quarantined = self.frozen.iter().map(|p| p.id).collect();
+        if !self.frozen.is_empty() {
+            frame.health.insert(super::health::Health::QUARANTINED);
+        }
+        frame
+    }
+
+    /// The state, rounded to f32 as engines store it; frozen particles come last.
+    pub fn snapshot(&self) -> Snapshot {
+        let particles = self.particles.iter().map(Particle::to_snapshot).chain(self.frozen.iter().copied()).collect();
+        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
+    }
+}

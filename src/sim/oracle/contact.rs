@@ -1,0 +1,154 @@
+//! Contact: clay against the blade, one side of a cut against the other, clay against solid tools.
+//!
+//! Bodies are rigid at a node, impacts inelastic, friction Coulomb's: the normal change of velocity stops the approach, the tangential
+//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields).
+
+use super::super::engine::{FrameReport, ToolReport};
+use super::super::snapshot::Side;
+use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, Contact};
+use super::grid::{Band, Division, Field, Grid};
+use super::tools::{MovingTool, Surroundings};
+use glam::{DVec3, IVec3};
+
+/// Bounds the sides by the blade in its band; lets the sides of a kept cut press on each other elsewhere.
+pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
+    let coordinates = grid.coordinates();
+    for (index, coordinate) in coordinates.enumerate() {
+        match grid.nodes[index].division {
+            Division::Whole => {}
+            Division::Split { band: Some(band), .. } => against_blade(grid, index, coordinate, band, around, frame),
+            Division::Split { band: None, .. } => {
+                if let Some(normal) = cut_normal(grid, coordinate) {
+                    exchange(grid, index, normal);
+                }
+            }
+        }
+    }
+}
+
+/// The blade stops each class's field where that reaches beyond the blade's plane.
+fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
+    let tool = &around.tools[band.tool];
+    let Some(blade) = tool.blade else { return };
+    for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
+        if band.distance * sign <= CONTACT_OFFSET {
+            let node = &mut grid.nodes[index];
+            let field = &mut node.fields[node.field_index(side)];
+            let world = around.domain.to_world(coordinate.as_dvec3());
+            touch(field, tool, world, blade.normal() * sign, &mut frame.tools[band.tool]);
+        }
+    }
+}
+
+/// Unit normal of the cut at a node, from back to front: the gradient of the front's share `m_F / (m_F + m_B)` by central differences,
+/// `m_B grad m_F - m_F grad m_B` up to scale. Where both thin out alike, at a free surface, a wall or the rim of the tagged layer,
+/// the share does not change, and the normal stays the cut's.
+fn cut_normal(grid: &Grid, coordinate: IVec3) -> Option<DVec3> {
+    let mass = |node: IVec3, side: Side| grid.get(node).map_or(0.0, |n| n.class_mass(side));
+    let gradient = |side: Side| {
+        DVec3::from_array(IVec3::AXES.map(|axis| 0.5 * (mass(coordinate + axis, side) - mass(coordinate - axis, side))))
+    };
+    let (front, back) = (mass(coordinate, Side::Front), mass(coordinate, Side::Back));
+    // Shares before products: the product of two small masses would underflow.
+    let total = front + back;
+    ((back / total) * gradient(Side::Front) - (front / total) * gradient(Side::Back)).try_normalize()
+}
+
+/// The two fields of a split node exchange momentum while they approach along `normal` (from back to front): equal and opposite.
+fn exchange(grid: &mut Grid, index: usize, normal: DVec3) {
+    let node = &mut grid.nodes[index];
+    let (f, b) = (node.field_index(Side::Front), node.field_index(Side::Back));
+    let [front, back] = [node.fields[f], node.fields[b]];
+    if !(front.takes_contact() && back.takes_contact()) {
+        return;
+    }
+    let relative = front.velocity - back.velocity;
+    let approach = relative.dot(normal);
+    if approach >= 0.0 {
+        return;
+    }
+    let reduced_mass = front.folded.mass * back.folded.mass / (front.folded.mass + back.folded.mass);
+    let sliding = relative - approach * normal;
+    let stopped = friction_stop(sliding.length(), CUT_FRICTION * -approach);
+    let impulse = -reduced_mass * (approach * normal + sliding * stopped);
+    for (field, on_field) in [(f, impulse), (b, -impulse)] {
+        let field = &mut node.fields[field];
+        field.velocity += on_field / field.folded.mass;
+        field.contact_impulse += on_field;
+    }
+}
+
+/// Share of a sliding `speed` [m/s] that friction able to take `most` [m/s] stops.
+fn friction_stop(speed: f64, most: f64) -> f64 {
+    if speed > most { most / speed } else { 1.0 }
+}
+
+/// Solid tools in the plan's order act on the nodes that they cover.
+pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
+    for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
+        if tool.blade.is_some() {
+            continue;
+        }
+        for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
+            let world = around.domain.to_world(coordinate.as_dvec3());
+            if tool.distance(world) < CONTACT_OFFSET * around.domain.cell_width {
+                for field in &mut node.fields {
+                    touch(field, tool, world, tool.normal(world), felt);
+                }
+            }
+        }
+    }
+}
+
+/// A tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
+fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, felt: &mut ToolReport) {
+    if !field.takes_contact() {
+        return;
+    }
+    let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.motion.velocity_at(world), normal);
+    let impulse = field.own.mass * (after - field.velocity);
+    if after != field.velocity {
+        felt.contacts += 1;
+    }
+    field.velocity = after;
+    field.contact_impulse += impulse;
+    felt.impulse -= impulse;
+    felt.angular_impulse -= (world - tool.motion.end.position).cross(impulse);
+}
+
+/// Velocity [m/s] that contact with a surface moving at `surface` [m/s] leaves of `velocity` [m/s].
+fn contact_velocity(contact: Contact, velocity: DVec3, surface: DVec3, normal: DVec3) -> DVec3 {
+    let relative = velocity - surface;
+    let leaving = relative.dot(normal);
+    match contact {
+        Contact::Stick => surface,
+        Contact::Slip => velocity - leaving * normal,
+        Contact::Separate { .. } if leaving >= 0.0 => velocity,
+        Contact::Separate { friction } => {
+            let sliding = relative - leaving * normal;
+            surface + sliding * (1.0 - friction_stop(sliding.length(), friction * -leaving))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a floor moving along x: stick moves with it, slip keeps the tangent, separate lets go or takes Coulomb's share of it.
+    #[test]
+    fn contact_velocity_follows_its_kind() {
+        let (surface, normal) = (DVec3::new(1.0, 0.0, 0.0), DVec3::Y);
+        let after = |contact, velocity| contact_velocity(contact, velocity, surface, normal);
+        let pressed = DVec3::new(3.0, -1.0, 0.0);
+        let leaving = DVec3::new(3.0, 1.0, 0.0);
+        let separate = |friction| Contact::Separate { friction };
+        assert_eq!(after(Contact::Stick, pressed), surface);
+        assert_eq!(after(Contact::Slip, pressed), DVec3::new(3.0, 0.0, 0.0));
+        assert_eq!(after(Contact::Slip, leaving), DVec3::new(3.0, 0.0, 0.0));
+        assert_eq!(after(separate(0.3), leaving), leaving);
+        assert_eq!(after(separate(0.5), pressed), DVec3::new(2.5, 0.0, 0.0));
+        assert_eq!(after(separate(3.0), pressed), surface);
+        assert_eq!(after(separate(0.3), DVec3::new(1.0, -1.0, 0.0)), surface);
+    }
+}

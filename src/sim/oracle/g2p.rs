@@ -1,0 +1,38 @@
+//! Nodes to particles: APIC (Jiang et al. 2015) with quadratic splines, advection, and the clay law.
+//!
+//! `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T`, `x += h v`: each from the field of the particle's own class.
+
+use super::super::engine::FrameReport;
+use super::grid::Grid;
+use super::stencil::stencil;
+use super::tools::Surroundings;
+use super::{Particle, law};
+use glam::{DMat3, DVec3};
+
+/// Moves the particles with the nodes.
+pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundings, frame: &mut FrameReport) {
+    let dt = around.plan.dt;
+    let cell_width = around.domain.cell_width;
+    for particle in particles {
+        (particle.velocity, particle.affine) = velocity_and_affine(particle, grid, cell_width);
+        particle.position = around.in_room(particle.position + particle.velocity * (dt / cell_width));
+
+        let yield_stress = around.plan.material.yield_stress_at(around.tool_distance(particle.position), cell_width);
+        let update = law::advance(&around.plan.material, yield_stress, particle.elastic_strain, particle.affine * dt);
+        particle.elastic_strain = update.elastic_strain;
+        particle.hardening += update.plastic_strain;
+        frame.clamped += u64::from(update.is_clamped);
+    }
+}
+
+/// Velocity [m/s] and affine velocity [1/s] of the clay of the particle's class at its position.
+fn velocity_and_affine(particle: &Particle, grid: &Grid, cell_width: f64) -> (DVec3, DMat3) {
+    let (mut velocity, mut affine) = (DVec3::ZERO, DMat3::ZERO);
+    for touch in stencil(particle.position) {
+        let Some(node) = grid.get(touch.node) else { continue };
+        let v = touch.weight * node.fields[node.field_index(particle.side())].velocity;
+        velocity += v;
+        affine += DMat3::from_cols(v * touch.arm.x, v * touch.arm.y, v * touch.arm.z);
+    }
+    (velocity, affine * (4.0 / cell_width))
+}

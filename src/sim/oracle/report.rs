@@ -1,0 +1,105 @@
+//! What a frame did: momentum and who gave it, energy, volume.
+//!
+//! Walls are accounted last: their impulse is what the columns they fold gained beyond gravity, damping and contact. Everywhere else
+//! nothing is left over, so that `change = gravity + walls + damping - tools` is a check of every pass and not a definition.
+
+use super::super::engine::{Energies, FramePlan, FrameReport, ToolReport};
+use super::super::health::Health;
+use super::super::params::Domain;
+use super::grid::Grid;
+use super::tools::Surroundings;
+use super::{Particle, law};
+use glam::{DMat3, DVec3};
+
+/// The report of a frame that begins.
+pub(super) fn begin(particles: &[Particle], plan: &FramePlan) -> FrameReport {
+    FrameReport {
+        plan_id: plan.id,
+        dt: plan.dt,
+        steps: plan.steps,
+        particle_count: particles.len(),
+        momentum_before: momentum(particles, plan),
+        tools: plan.tools.iter().map(|path| ToolReport { id: path.id, ..ToolReport::default() }).collect(),
+        ..FrameReport::default()
+    }
+}
+
+fn mass(particle: &Particle, plan: &FramePlan) -> f64 {
+    plan.inertial_density() * particle.rest_volume
+}
+
+fn momentum(particles: &[Particle], plan: &FramePlan) -> DVec3 {
+    particles.iter().map(|p| mass(p, plan) * p.velocity).sum()
+}
+
+/// Adds what one substep's nodes tell.
+pub(super) fn add_grid(frame: &mut FrameReport, grid: &Grid, around: &Surroundings) {
+    let gravity = around.gravity_step();
+    let per_substep = around.plan.dt / around.domain.cell_width;
+    frame.grid_mass = 0.0;
+    for field in grid.nodes.iter().flat_map(|node| &node.fields) {
+        let own = field.own;
+        let weight = own.mass * gravity;
+        let damping = own.mass * field.damped;
+        frame.grid_mass += own.mass;
+        frame.gravity_impulse += weight;
+        frame.damping_impulse += damping;
+        frame.impulse_scale += field.contact_impulse.length();
+        if field.is_at_wall {
+            let wall = own.mass * field.velocity - own.momentum - weight - damping - field.contact_impulse;
+            frame.wall_impulse += wall;
+            frame.impulse_scale += wall.length();
+        }
+        if own.mass > 0.0 {
+            frame.speed_max = frame.speed_max.max(field.velocity.length() * per_substep);
+        }
+    }
+}
+
+/// Completes the report at the frame's end.
+pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Domain, plan: &FramePlan) {
+    frame.particle_mass = particles.iter().map(|p| mass(p, plan)).sum();
+    frame.momentum = momentum(particles, plan);
+    frame.momentum_scale = particles.iter().map(|p| mass(p, plan) * p.velocity.length()).sum();
+    frame.angular_momentum = particles.iter().map(|p| angular_momentum(p, domain, plan)).sum();
+    frame.energies = energies(particles, domain, plan);
+    let ratios = particles.iter().map(|p| law::volume_ratio(p.elastic_strain));
+    frame.volume_ratio = ratios.clone().fold((f64::INFINITY, 0.0), |(low, high), j| (low.min(j), high.max(j)));
+    frame.volume = ratios.zip(particles).map(|(ratio, p)| ratio * p.rest_volume).sum();
+    for tool in &mut frame.tools {
+        tool.force = tool.impulse / plan.duration();
+        tool.torque = tool.angular_impulse / plan.duration();
+    }
+    if frame.clamped > 0 {
+        frame.health.insert(Health::STRAIN);
+    }
+    if !frame.momentum.is_finite() {
+        frame.health.insert(Health::NON_FINITE);
+    }
+    if (frame.grid_mass - frame.particle_mass).abs() > 1e-9 * frame.particle_mass {
+        frame.health.insert(Health::MASS_LOST);
+    }
+}
+
+/// Second moment `dx^2 / 4` [m^2] of the quadratic spline: the inertia that the affine velocity carries, per mass.
+fn spline_inertia(domain: &Domain) -> f64 {
+    0.25 * domain.cell_width * domain.cell_width
+}
+
+/// About the world's origin, with the spin `m dx^2 / 4` times twice the axial vector of C (Jiang et al. 2015).
+fn angular_momentum(particle: &Particle, domain: &Domain, plan: &FramePlan) -> DVec3 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = particle.affine;
+    let spin = DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x) * spline_inertia(domain);
+    mass(particle, plan) * (domain.to_world(particle.position).cross(particle.velocity) + spin)
+}
+
+fn energies(particles: &[Particle], domain: &Domain, plan: &FramePlan) -> Energies {
+    let kinetic = |p: &Particle| {
+        let affine: f64 = p.affine.to_cols_array().iter().map(|c| c * c).sum();
+        0.5 * mass(p, plan) * (p.velocity.length_squared() + spline_inertia(domain) * affine)
+    };
+    Energies {
+        kinetic: particles.iter().map(kinetic).sum(),
+        elastic: particles.iter().map(|p| p.rest_volume * law::energy_density(&plan.material, p.elastic_strain)).sum(),
+    }
+}

@@ -1,0 +1,30 @@
+//! One substep, top to bottom.
+//!
+//! MLS-MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015): `m_i v_i = sum_p w_ip m_p (v_p + A_p (x_i - x_p))` with
+//! `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes node velocities; gravity, walls, the two sides of cuts and tools change them;
+//! `v_p = sum_i w_ip v_i` and `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next stress.
+
+use super::super::engine::{FramePlan, FrameReport};
+use super::super::params::Domain;
+use super::tools::Surroundings;
+use super::{Particle, contact, g2p, p2g, report, sides, tags, walls};
+
+/// Moves `particles` over the substep of `plan.dt` [s] that starts at `start` [s] of the frame, and adds to `frame` what happened.
+pub fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, start: f64, frame: &mut FrameReport) {
+    let around = Surroundings::new(domain, plan, start);
+
+    tags::take_sides(particles, &around, frame);
+
+    let mut grid = p2g::scatter(particles, &around);
+
+    sides::divide(&mut grid, &around);
+    sides::sum_fields(&mut grid);
+    let columns = walls::fold(&mut grid, &around);
+    walls::set_velocities(&mut grid, &around);
+    contact::between_sides(&mut grid, &around, frame);
+    contact::with_solid_tools(&mut grid, &around, frame);
+    walls::unfold(&mut grid, &columns);
+    report::add_grid(frame, &grid, &around);
+
+    g2p::gather(particles, &grid, &around, frame);
+}

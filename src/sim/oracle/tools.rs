@@ -1,0 +1,79 @@
+//! The substep's surroundings: constants of the clay, and the tools in motion.
+
+use super::super::engine::FramePlan;
+use super::super::params::Domain;
+use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
+use glam::DVec3;
+
+/// A tool in motion over the substep. Lengths are in metres here, as in the plan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MovingTool<'a> {
+    /// The tool and its path.
+    pub(super) path: &'a ToolPath,
+    /// From the substep's start to its end.
+    pub(super) motion: Motion,
+    /// The same as a blade, if it is one.
+    pub(super) blade: Option<Blade>,
+}
+
+impl MovingTool<'_> {
+    /// Distance [m] from `world` [m] at the substep's end: signed for a solid tool, unsigned for a blade.
+    pub(super) fn distance(&self, world: DVec3) -> f64 {
+        self.path.tool.shape.distance(self.motion.end.to_local(world))
+    }
+
+    /// Outward normal at `world` [m] at the substep's end.
+    pub(super) fn normal(&self, world: DVec3) -> DVec3 {
+        self.motion.end.rotation * self.path.tool.shape.normal(self.motion.end.to_local(world))
+    }
+}
+
+/// All that a substep is given besides the particles.
+#[derive(Clone, Debug)]
+pub(super) struct Surroundings<'a> {
+    /// The room.
+    pub(super) domain: &'a Domain,
+    /// The frame's plan.
+    pub(super) plan: &'a FramePlan,
+    /// The tools of the plan, in its order.
+    pub(super) tools: Vec<MovingTool<'a>>,
+}
+
+impl<'a> Surroundings<'a> {
+    /// The surroundings in the substep that starts at `start` [s] of the frame.
+    pub(super) fn new(domain: &'a Domain, plan: &'a FramePlan, start: f64) -> Self {
+        let moving = |path: &'a ToolPath| {
+            let motion = path.motion(start, start + plan.dt);
+            let blade = match path.tool.shape {
+                ToolShape::Blade { half_width, half_height } => {
+                    Some(Blade { half_width, half_height, band: BAND * domain.cell_width, motion })
+                }
+                _ => None,
+            };
+            MovingTool { path, motion, blade }
+        };
+        Self { domain, plan, tools: plan.tools.iter().map(moving).collect() }
+    }
+
+    /// Velocity [m/s] that gravity gives to inertial mass in the substep: weight is not scaled with inertia.
+    pub(super) fn gravity_step(&self) -> DVec3 {
+        self.plan.gravity * (self.plan.dt / self.plan.density_scale)
+    }
+
+    /// What validation damping leaves of a velocity [-].
+    pub(super) fn damping_factor(&self) -> f64 {
+        (-self.plan.validation.damping * self.plan.dt).exp()
+    }
+
+    /// Distance [m] from `position` [cells] to the nearest tool's surface; infinite without tools.
+    pub(super) fn tool_distance(&self, position: DVec3) -> f64 {
+        let world = self.domain.to_world(position);
+        self.tools.iter().map(|tool| tool.distance(world).abs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// `position` [cells], or the nearest point of the room where that is outside.
+    pub(super) fn in_room(&self, position: DVec3) -> DVec3 {
+        let (low, high) = self.domain.wall_nodes();
+        position.clamp(low.as_dvec3(), high.as_dvec3())
+    }
+}
