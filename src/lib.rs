@@ -43,3 +43,8 @@ pub mod prelude {
     pub use crate::plugin::prelude::*;
     pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
 }
+
+/// The README's example is a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -5,9 +5,8 @@ const ONCE: [&str; 5] = ["wgpu", "naga", "glam", "egui", "bevy_ecs"];
 
 /// `name version` of every package of the lock file whose name is in `names`.
 fn versions<'a>(lock: &'a str, names: &[&str]) -> Vec<(&'a str, &'a str)> {
-    let field = |block: &'a str, key: &str| {
-        block.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"'))
-    };
+    let field =
+        |block: &'a str, key: &str| block.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"'));
     let package = |block: &'a str| Some((field(block, "name")?, field(block, "version")?));
     lock.split("[[package]]").filter_map(package).filter(|(name, _)| names.contains(name)).collect()
 }

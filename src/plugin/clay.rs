@@ -151,8 +151,7 @@ pub(super) struct StepPlugin;
 
 impl Plugin for StepPlugin {
     fn build(&self, app: &mut App) {
-        app.add_message::<ClayReport>()
-            .add_systems(Update, (report.in_set(ClaySystems::Report), step.in_set(ClaySystems::Step)));
+        app.add_message::<ClayReport>().add_systems(Update, (report.in_set(ClaySystems::Report), step.in_set(ClaySystems::Step)));
     }
 }
 
