@@ -41,8 +41,11 @@ check_scripts() {
 
 run_examples() {
     local example scene name
-    for example in examples/*.rs; do
-        name=$(basename "$example" .rs)
+    for example in examples/*.rs examples/*/main.rs; do
+        [ -e "$example" ] || continue
+        name=${example#examples/}
+        name=${name%/main.rs}
+        name=${name%.rs}
         case $name in
         headless)
             for scene in assets/scenes/*.ron; do
