@@ -34,6 +34,8 @@ fn app() -> App {
     app.edit_schedule(Update, |s| {
         s.set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..default() });
     });
+    // Bevy's clock starts with the first update.
+    app.update();
     app
 }
 
@@ -59,6 +61,17 @@ fn height(app: &mut App, clay: Entity) -> f64 {
     let snapshot = app.world_mut().get_mut::<Clay>(clay).expect("clay").engine().save().expect("state");
     let sum: f64 = snapshot.particles.iter().map(|p| snapshot.domain.to_world(p.grid()).y).sum();
     sum / snapshot.particles.len() as f64
+}
+
+/// The app above runs with ambiguities as errors: a system that touches clay without an order is found, one within a set is not.
+#[test]
+#[should_panic(expected = "ambig")]
+fn schedule_with_an_unordered_system_is_refused() {
+    let mut app = app();
+    app.add_systems(Update, (|_: Query<&mut Clay>| {}).after(ClaySystems::Report).before(ClaySystems::Step));
+    app.update();
+    app.add_systems(Update, |_: Query<&mut Clay>| {});
+    app.update();
 }
 
 /// A dropped cube falls g t^2 / 2 within 1 %, by the clay's own time, which is the clock's.
