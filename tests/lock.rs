@@ -12,7 +12,7 @@ fn versions<'a>(lock: &'a str, names: &[&str]) -> Vec<(&'a str, &'a str)> {
 }
 
 /// Those of `names` that the lock file holds in more than one version, each with its versions.
-fn doubled<'a>(lock: &'a str, names: &[&str]) -> Vec<String> {
+fn doubled(lock: &str, names: &[&str]) -> Vec<String> {
     let found = versions(lock, names);
     let of = |name: &str| found.iter().filter(|(n, _)| *n == name).map(|(_, v)| *v).collect::<Vec<_>>();
     names.iter().map(|name| (name, of(name))).filter(|(_, v)| v.len() > 1).map(|(n, v)| format!("{n}: {v:?}")).collect()
