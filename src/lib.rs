@@ -31,13 +31,20 @@
 //! ```
 #![warn(missing_docs)]
 
-//pub mod plugin;
+#[cfg(feature = "bevy")]
+pub mod plugin;
 pub mod scene;
 pub mod sim;
 pub mod surface;
 
 /// What most programs need.
 pub mod prelude {
-    //pub use crate::plugin::*;
+    #[cfg(feature = "bevy")]
+    pub use crate::plugin::prelude::*;
     pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
 }
+
+/// The README's example is a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

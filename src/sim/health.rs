@@ -32,6 +32,12 @@ impl Health {
         self.0 == 0
     }
 
+    /// The bits that `other` does not have.
+    #[must_use]
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Sets the bits of `other`.
     pub fn insert(&mut self, other: Self) {
         self.0 |= other.0;

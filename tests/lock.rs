@@ -1,0 +1,37 @@
+//! Cargo.lock holds one copy of each crate whose types cross borders: two copies compile and then do not fit together.
+
+/// Crates that must not be there twice.
+const ONCE: [&str; 5] = ["wgpu", "naga", "glam", "egui", "bevy_ecs"];
+
+/// `name version` of every package of the lock file whose name is in `names`.
+fn versions<'a>(lock: &'a str, names: &[&str]) -> Vec<(&'a str, &'a str)> {
+    let field =
+        |block: &'a str, key: &str| block.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"'));
+    let package = |block: &'a str| Some((field(block, "name")?, field(block, "version")?));
+    lock.split("[[package]]").filter_map(package).filter(|(name, _)| names.contains(name)).collect()
+}
+
+/// Those of `names` that the lock file holds in more than one version, each with its versions.
+fn doubled(lock: &str, names: &[&str]) -> Vec<String> {
+    let found = versions(lock, names);
+    let of = |name: &str| found.iter().filter(|(n, _)| *n == name).map(|(_, v)| *v).collect::<Vec<_>>();
+    names.iter().map(|name| (name, of(name))).filter(|(_, v)| v.len() > 1).map(|(n, v)| format!("{n}: {v:?}")).collect()
+}
+
+#[test]
+fn lock_holds_one_version_of_shared_crates() {
+    let lock = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.lock")).expect("Cargo.lock");
+    let glam = versions(&lock, &["glam"]);
+    assert_eq!(glam.len(), 1, "the check reads the lock file: {glam:?}");
+    let doubled = doubled(&lock, &ONCE);
+    assert!(doubled.is_empty(), "{doubled:?}");
+}
+
+/// The check itself finds a second copy, and does not take `glam_matrix_extras` for `glam`.
+#[test]
+fn planted_second_version_is_found() {
+    let package = |name: &str, version: &str| format!("[[package]]\nname = \"{name}\"\nversion = \"{version}\"\n\n");
+    let one = package("glam", "0.32.1") + &package("glam_matrix_extras", "0.3.0");
+    assert!(doubled(&one, &ONCE).is_empty());
+    assert_eq!(doubled(&(one + &package("glam", "0.34.2")), &ONCE), [r#"glam: ["0.32.1", "0.34.2"]"#]);
+}
