@@ -13,7 +13,6 @@ mod law;
 #[path = "../examples/validate/motion.rs"]
 mod motion;
 #[path = "../examples/validate/report.rs"]
-#[expect(dead_code, reason = "the list of known misses is the command's")]
 mod report;
 #[path = "../examples/validate/robust.rs"]
 mod robust;

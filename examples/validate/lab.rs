@@ -9,7 +9,8 @@ use glam::{DQuat, DVec3, IVec3};
 pub(crate) const DX: f64 = 0.004;
 
 /// How large the cases are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(dead_code, reason = "the command and the tests that share this file each make some")]
 pub(crate) enum Size {
     /// `cargo test`: a second or two a case.
     Test,

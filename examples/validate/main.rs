@@ -14,6 +14,7 @@ mod law;
 mod motion;
 mod report;
 mod robust;
+mod surface;
 
 use bevy_clay::sim::prelude::*;
 use clap::{Parser, ValueEnum};
@@ -78,6 +79,8 @@ const CASES: &[Case] = &[
     physics("blade at rest", blade::at_rest),
     physics("determinism", robust::determinism),
     physics("health", robust::health),
+    Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },
+    Case { suite: Suite::Surface, name: "sphere", run: surface::sphere },
 ];
 
 /// What the JSON file holds.
@@ -124,7 +127,7 @@ fn run(args: &Args) -> Result<bool, String> {
     let size = if args.quick { Size::Quick } else { Size::Full };
     let mut rows = vec![];
     let mut is_passed = true;
-    println!("{:64} {:>12}    {:>10} {}", "case", "value", "limit", "unit");
+    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
     for case in cases {
         let began = Instant::now();
         let found = std::panic::catch_unwind(|| (case.run)(size))
