@@ -96,15 +96,18 @@ pub(crate) fn tool_offset(size: Size) -> Vec<Row> {
     let material = Preset::SoftClay.material();
     let middle = f64::from(cells) / 2.0;
     let depth = 2.0;
+    // The tool comes from where it cannot touch yet: else clay that is held off too far would only keep its first distance.
+    const CLEAR: f64 = 2.0;
     let press = |shape: ToolShape, reach: f64| {
         let particles = block(DVec3::ZERO, IVec3::new(cells, 10, cells));
         let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
         let start = lab.particles();
-        let mut mover = Mover::new(&domain, shape, Contact::default(), DVec3::new(middle, 10.0 + reach, middle), DQuat::IDENTITY);
+        let mut mover =
+            Mover::new(&domain, shape, Contact::default(), DVec3::new(middle, 10.0 + CLEAR + reach, middle), DQuat::IDENTITY);
         let per_step = size.pick(0.01, 0.005, 0.0025);
         mover.velocity = DVec3::NEG_Y * per_step * domain.cell_width / lab.plan.dt;
         for _ in 0..20 {
-            lab.frame_moving((depth / per_step / 20.0) as u32, &mut mover);
+            lab.frame_moving(((CLEAR + depth) / per_step / 20.0) as u32, &mut mover);
         }
         // The top layer under the tool: within 2 cells of its axis when it started.
         let is_seen = |p: &Particle| place(p).y > 9.5 && (place(p).x - middle).hypot(place(p).z - middle) < 2.0;
