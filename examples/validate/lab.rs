@@ -1,0 +1,211 @@
+//! What the cases share: rooms, blocks of clay, and a bench that runs frames of it.
+
+use bevy_clay::sim::engine::Validation;
+use bevy_clay::sim::params::WALL_NODE;
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec3, IVec3};
+
+/// Cell width of the cases [m]: not 1, so that a missing factor shows.
+pub(crate) const DX: f64 = 0.004;
+
+/// How large the cases are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(dead_code, reason = "the command and the tests that share this file each make some")]
+pub(crate) enum Size {
+    /// `cargo test`: a second or two a case.
+    Test,
+    /// `--quick`.
+    Quick,
+    /// The acceptance figures.
+    Full,
+}
+
+impl Size {
+    /// The value for this size.
+    pub(crate) fn pick<T>(self, test: T, quick: T, full: T) -> T {
+        match self {
+            Self::Test => test,
+            Self::Quick => quick,
+            Self::Full => full,
+        }
+    }
+}
+
+/// Elastic clay.
+pub(crate) fn elastic(poisson_ratio: f64) -> ClayMaterial {
+    ClayMaterial { yield_stress: f64::INFINITY, poisson_ratio, ..Preset::SoftClay.material() }
+}
+
+/// Time step [s] of CFL number `cfl` = c dt / dx.
+pub(crate) fn wave_step(material: &ClayMaterial, cfl: f64) -> f64 {
+    cfl * DX / material.wave_speed(material.density)
+}
+
+/// Time step [s] at the default fraction of the stability limit.
+pub(crate) fn stable_step(material: &ClayMaterial) -> f64 {
+    bevy_clay::sim::plan::STEP_FRACTION * material.time_step_limit(DX, material.density)
+}
+
+/// A room of `cells` between walls all of one kind, away from the world's origin.
+pub(crate) fn room(cells: [i32; 3], wall: Wall) -> Domain {
+    room_with(cells, Walls { low: [wall; 3], high: [wall; 3] })
+}
+
+/// A room of `cells` between `walls`.
+pub(crate) fn room_with(cells: [i32; 3], walls: Walls) -> Domain {
+    let low = DVec3::new(0.1, -0.05, 0.2);
+    Domain::new(low, low + IVec3::from_array(cells).as_dvec3() * DX, DX, walls).expect("a sound room")
+}
+
+/// World position [m] of a point given in cells from the room's low corner.
+pub(crate) fn world(domain: &Domain, cells: DVec3) -> DVec3 {
+    domain.to_world(cells + f64::from(WALL_NODE))
+}
+
+/// A particle's place in cells from the room's low corner.
+pub(crate) fn place(particle: &Particle) -> DVec3 {
+    particle.grid() - f64::from(WALL_NODE)
+}
+
+/// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's low corner.
+pub(crate) fn block(low: DVec3, size: IVec3) -> Vec<Particle> {
+    let volume = (DX.powi(3) / 8.0) as f32;
+    let n = size * 2;
+    let at = |i: i32| IVec3::new(i / (n.y * n.z), i / n.z % n.y, i % n.z).as_dvec3();
+    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) / 2.0 + f64::from(WALL_NODE), volume, i.cast_unsigned());
+    (0..n.x * n.y * n.z).map(particle).collect()
+}
+
+/// Random numbers in [-1, 1).
+pub(crate) struct Random(u64);
+
+impl Random {
+    /// Numbers of `seed`.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
+    }
+
+    /// The next number.
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+    }
+}
+
+/// Moves each particle by up to `amount` cells along each axis.
+pub(crate) fn jitter(particles: &mut [Particle], amount: f64, seed: u64) {
+    let mut random = Random::new(seed);
+    for p in particles {
+        let shift = DVec3::new(random.next(), random.next(), random.next()) * amount;
+        p.set_grid(p.grid() + shift);
+    }
+}
+
+/// Gives a particle a velocity [m/s].
+pub(crate) fn set_velocity(particle: &mut Particle, velocity: DVec3) {
+    particle.velocity = velocity.as_vec3().to_array();
+}
+
+/// A particle's velocity [m/s].
+pub(crate) fn velocity(particle: &Particle) -> DVec3 {
+    DVec3::from_array(particle.velocity.map(f64::from))
+}
+
+/// Elastic clay or other, at rest at time 0.
+pub(crate) fn snapshot(domain: Domain, material: ClayMaterial, particles: Vec<Particle>) -> Snapshot {
+    Snapshot { domain, material, time: 0.0, particles }
+}
+
+/// A tool on a straight way, seen frame by frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mover {
+    /// Names the tool.
+    pub(crate) id: u32,
+    /// The tool.
+    pub(crate) tool: Tool,
+    /// Where it is [m].
+    pub(crate) pose: Pose,
+    /// How it moves [m/s].
+    pub(crate) velocity: DVec3,
+}
+
+impl Mover {
+    /// A tool whose shape is given in cells, at `at` cells from the room's low corner.
+    pub(crate) fn new(domain: &Domain, shape: ToolShape, contact: Contact, at: DVec3, rotation: DQuat) -> Self {
+        let tool = Tool { shape: shape.scaled(DX), contact };
+        Self { id: 1, tool, pose: Pose { position: world(domain, at), rotation }, velocity: DVec3::ZERO }
+    }
+
+    /// The tool's way over the next `duration` [s]; moves it there.
+    pub(crate) fn path(&mut self, duration: f64) -> ToolPath {
+        let start = self.pose;
+        self.pose.position += self.velocity * duration;
+        let sample = |time, pose| PoseSample { time, pose };
+        ToolPath { id: self.id, tool: self.tool, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
+    }
+}
+
+/// An engine with clay in it and the plan of its next frame.
+pub(crate) struct Lab {
+    /// The engine.
+    pub(crate) engine: NativeEngine,
+    /// What the next frame is made from; `steps` and `tools` are filled in.
+    pub(crate) plan: FramePlan,
+}
+
+impl Lab {
+    /// Loads `snapshot` into an engine on all cores; no gravity.
+    pub(crate) fn new(snapshot: &Snapshot, dt: f64) -> Self {
+        Self::with_threads(snapshot, dt, 0)
+    }
+
+    /// Loads `snapshot` into an engine on `threads` cores, 0 for all.
+    pub(crate) fn with_threads(snapshot: &Snapshot, dt: f64, threads: usize) -> Self {
+        let mut engine = NativeEngine::with_threads(threads);
+        engine.load(snapshot).expect("the clay loads");
+        let plan = FramePlan {
+            id: 0,
+            dt,
+            steps: 1,
+            material: snapshot.material,
+            density_scale: 1.0,
+            gravity: DVec3::ZERO,
+            tools: vec![],
+            seed: 0,
+            validation: Validation::default(),
+        };
+        Self { engine, plan }
+    }
+
+    /// Runs a frame of `steps` substeps with `tools`.
+    pub(crate) fn frame_with(&mut self, steps: u32, tools: Vec<ToolPath>) -> FrameReport {
+        self.plan.id += 1;
+        self.plan.steps = steps;
+        self.plan.tools = tools;
+        self.engine.submit(self.plan.clone()).expect("a sound plan");
+        self.engine.wait().expect("the engine runs")
+    }
+
+    /// Runs a frame of `steps` substeps without tools.
+    pub(crate) fn frame(&mut self, steps: u32) -> FrameReport {
+        self.frame_with(steps, vec![])
+    }
+
+    /// Runs a frame of `steps` substeps with one tool that moves on.
+    pub(crate) fn frame_moving(&mut self, steps: u32, mover: &mut Mover) -> FrameReport {
+        let path = mover.path(self.plan.dt * f64::from(steps));
+        self.frame_with(steps, vec![path])
+    }
+
+    /// The clay now, particles by id.
+    pub(crate) fn particles(&self) -> Vec<Particle> {
+        let mut particles = self.engine.save().expect("clay is loaded").particles;
+        particles.sort_by_key(|p| p.id);
+        particles
+    }
+}
+
+/// Whether every particle is finite, with its volume ratio in (0.05, 20).
+pub(crate) fn is_sound(particles: &[Particle]) -> bool {
+    particles.iter().all(|p| p.is_finite() && (0.05..20.0).contains(&p.volume_ratio()))
+}

@@ -1,0 +1,194 @@
+//! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
+//!
+//! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--json FILE] [--only SUBSTRING]`
+//!
+//! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
+//! worse or passes now. 2: bad arguments.
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
+
+mod blade;
+mod contact;
+mod elastic;
+mod lab;
+mod law;
+mod motion;
+mod report;
+mod robust;
+mod surface;
+
+use bevy_clay::sim::prelude::*;
+use clap::{Parser, ValueEnum};
+use lab::Size;
+use report::{KnownMiss, Row, Verdict, judge, parse_known};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+/// Runs acceptance cases and compares them with closed-form answers.
+#[derive(Parser)]
+struct Args {
+    /// The cases to run.
+    suite: Suite,
+    /// Smaller cases: under 3 minutes on 2 cores.
+    #[arg(long)]
+    quick: bool,
+    /// Writes the rows to FILE.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Runs only cases whose name contains SUBSTRING.
+    #[arg(long, value_name = "SUBSTRING")]
+    only: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Suite {
+    /// The solver: motion, elasticity, contact, cuts, robustness.
+    Physics,
+    /// The surface.
+    Surface,
+    /// Every suite.
+    All,
+}
+
+/// A group of rows computed together.
+struct Case {
+    suite: Suite,
+    name: &'static str,
+    run: fn(Size) -> Vec<Row>,
+}
+
+const fn physics(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Physics, name, run }
+}
+
+const CASES: &[Case] = &[
+    physics("free fall", motion::free_fall),
+    physics("rotation", motion::rotation),
+    physics("step limit", motion::step_limit),
+    physics("bar", elastic::bar),
+    physics("column", elastic::column),
+    physics("strain paths", law::paths),
+    physics("momentum", contact::momentum),
+    physics("separating floor", contact::separating_floor),
+    physics("tool offset", contact::tool_offset),
+    physics("blade leak", blade::leak),
+    physics("blade withdrawn", blade::withdrawn),
+    physics("blade at rest", blade::at_rest),
+    physics("determinism", robust::determinism),
+    physics("health", robust::health),
+    Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },
+    Case { suite: Suite::Surface, name: "sphere", run: surface::sphere },
+];
+
+/// What the JSON file holds.
+#[derive(Serialize)]
+struct Output<'a> {
+    suite: Suite,
+    quick: bool,
+    engine: &'static str,
+    adapter: String,
+    driver: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    commit: Option<String>,
+    rows: &'a [Row],
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    match run(&args) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Runs what was asked for; true if nothing failed.
+fn run(args: &Args) -> Result<bool, String> {
+    let known = parse_known(include_str!("../../docs/known_misses.ron")).map_err(|e| format!("docs/known_misses.ron: {e}"))?;
+    let is_chosen = |c: &&Case| {
+        (args.suite == Suite::All || args.suite == c.suite) && args.only.as_ref().is_none_or(|part| c.name.contains(part))
+    };
+    let cases: Vec<&Case> = CASES.iter().filter(is_chosen).collect();
+    if cases.is_empty() {
+        return Err(format!("no case of the suite has {:?} in its name", args.only.as_deref().unwrap_or_default()));
+    }
+    if let Some(file) = &args.json {
+        let folder = folder_of(file);
+        if !folder.is_dir() {
+            return Err(format!("--json {}: {} is not a folder", file.display(), folder.display()));
+        }
+    }
+    let size = if args.quick { Size::Quick } else { Size::Full };
+    let mut rows = vec![];
+    let mut is_passed = true;
+    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
+    for case in cases {
+        let began = Instant::now();
+        let found = std::panic::catch_unwind(|| (case.run)(size))
+            .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
+        for row in &found {
+            is_passed &= print_row(row, &known);
+        }
+        println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
+        rows.extend(found);
+    }
+    if let Some(file) = &args.json {
+        let output = Output {
+            suite: args.suite,
+            quick: args.quick,
+            engine: "native",
+            adapter: processor(),
+            driver: NativeEngine::new().describe(),
+            commit: commit(),
+            rows: &rows,
+        };
+        write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
+    }
+    Ok(is_passed)
+}
+
+/// Prints a row with its verdict; false if the row fails the run.
+fn print_row(row: &Row, known: &[KnownMiss]) -> bool {
+    let sign = if row.bound == report::Bound::Max { "<=" } else { ">=" };
+    let verdict = judge(row, known);
+    let text = match verdict {
+        Verdict::Pass => "ok".to_owned(),
+        Verdict::Miss(reason) => format!("MISS (known): {reason}"),
+        Verdict::Fail(reason) => format!("FAIL: {reason}"),
+    };
+    println!("{:64} {:>12.4e} {sign} {:>10.3e} {:12} {text}", row.case, row.value, row.limit, row.unit);
+    !matches!(verdict, Verdict::Fail(_))
+}
+
+/// The folder that `file` stands in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
+}
+
+/// Writes the whole file or none: beside it first, then renamed.
+fn write_json(file: &Path, output: &Output<'_>) -> std::io::Result<()> {
+    let mut beside = tempfile::NamedTempFile::new_in(folder_of(file))?;
+    serde_json::to_writer_pretty(&mut beside, output)?;
+    beside.write_all(b"\n")?;
+    beside.persist(file)?;
+    Ok(())
+}
+
+/// The processor's model name.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
+    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |m| m.1.trim().to_owned())
+}
+
+/// The commit of the source, if it is in a repository.
+fn commit() -> Option<String> {
+    let out = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR"), "rev-parse", "--short", "HEAD"]).output().ok()?;
+    out.status.success().then(|| String::from_utf8_lossy(&out.stdout).trim().to_owned())
+}
