@@ -100,6 +100,7 @@ section "lints without Bevy" cargo clippy --quiet --no-default-features --all-ta
 section "tests without Bevy" cargo test --quiet --no-default-features --lib --tests --examples
 section "doc tests without Bevy" cargo test --quiet --no-default-features --doc
 section "examples" run_examples
+section "bad input" bash scripts/bad_input.sh
 section "validate, quick" validate
 section "crate outside" outside_crate
 section "lints with Bevy" cargo clippy --quiet --all-targets -- -D warnings
