@@ -15,8 +15,8 @@
 //! Nodes stand at integers; the stencil of a particle at `x` is nodes `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic
 //! weights `(1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density, `m_p = rho_s V_p`.
 //!
-//! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle for which
-//!    [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side) in slot 0; then a particle with a tag of this sheet that
+//! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle at `x`, come from
+//!    `x - h v`, for which [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side) in slot 0; then a particle with a tag of this sheet that
 //!    [`Near::is_behind`](tool::Near::is_behind) is put back along the normal to `side * 1e-3` cells from the plane, and counted.
 //! 2. `p2g`: Kirchhoff stress `tau = 2 mu H + lambda tr(H) I` with `H = ln(I + E) / 2`; affine impulse per mass
 //!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for

@@ -123,30 +123,25 @@ pub(super) fn gather(
                     clamped += s.at(w.block, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
-            (clamped, tag.map(|tools| tag_block(tools, s.domain, w.hot, w.cold, w.run)))
+            (clamped, tag.map(|tools| tag_block(tools, s, w.hot, w.cold, w.run)))
         })
         .collect();
     (done.iter().map(|d| u64::from(d.0)).sum(), done.into_iter().filter_map(|d| d.1).collect())
 }
 
-fn tag_block(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
-    let report = tags::tag(tools, domain, hot, cold);
+fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
+    let report = tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold);
     if report.is_changed {
         run.counts = tags::regroup(hot, cold);
     }
     report
 }
 
-/// Tags the blocks for which `is_chosen`.
-pub(super) fn tag(
-    domain: &Domain,
-    state: &mut State,
-    is_chosen: &(dyn Fn(usize) -> bool + Sync),
-    tools: &[ToolNow],
-) -> Vec<TagReport> {
+/// Tags the blocks for which `is_chosen` for the substep of `s`.
+pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(usize) -> bool + Sync)) -> Vec<TagReport> {
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     tasks.retain(|w| is_chosen(w.index));
-    tasks.into_par_iter().map(|w| tag_block(tools, domain, w.hot, w.cold, w.run)).collect()
+    tasks.into_par_iter().map(|w| tag_block(s.tools, s, w.hot, w.cold, w.run)).collect()
 }
 
 /// Scatters every block: those for which `is_gathered` from their stored velocities, the others fused with their gather.

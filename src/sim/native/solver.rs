@@ -159,7 +159,7 @@ impl Solver {
     /// First half of a frame's first substep: tags and scatter from the stored velocities.
     fn begin(&mut self, s: &ParticleStep<'_>, tally: &mut Tally) {
         let near = self.near_blades(s.tools);
-        let moved = tally.add_tags(&passes::tag(s.domain, &mut self.state, &|i| near[i], s.tools));
+        let moved = tally.add_tags(&passes::tag(s, &mut self.state, &|i| near[i]));
         self.travel += moved;
         if self.travel > MARGIN {
             self.sort(tally);

@@ -18,7 +18,8 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
         let Some(blade) = tool.blade else { continue };
         let sheet = tool.path.sheet();
         for particle in particles.iter_mut() {
-            let near = blade.near(around.domain.to_world(particle.position));
+            let point = around.domain.to_world(particle.position);
+            let near = blade.near(point - particle.velocity * around.plan.dt, point);
             if let Some(side) = near.takes(particle.tags[0].side != 0) {
                 particle.tags[0] = Tag { sheet, side };
                 seen.tagged += 1;

@@ -34,7 +34,7 @@ pub struct Near {
     pub is_swept: bool,
     /// Whether the point came near anew or was swept over from outside the band.
     pub is_new: bool,
-    /// The side of the blade's plane (+1 or -1) at the substep's start.
+    /// The side of the blade's plane (+1 or -1) at the substep's start, where the point came from.
     pub side_before: i8,
 }
 
@@ -70,9 +70,10 @@ impl Blade {
         self.motion.end.rotation * DVec3::Z
     }
 
-    /// What the substep means to a particle that stands at `point` while the blade moves from start to end.
-    pub fn near(&self, point: DVec3) -> Near {
-        let (before, inside_before) = self.local(&self.motion.start, point);
+    /// What the substep means to a particle that stands at `point`, having come from `previous` in the substep before, while the blade moves from start to
+    /// end. Where it came from counts: clay that flows round the rim and under the blade by its own motion comes near anew.
+    pub fn near(&self, previous: DVec3, point: DVec3) -> Near {
+        let (before, inside_before) = self.local(&self.motion.start, previous);
         let (after, inside_after) = self.local(&self.motion.end, point);
         let was_near = inside_before && before.z.abs() <= self.band;
         let is_near = inside_after && after.z.abs() <= self.band;
@@ -105,21 +106,28 @@ mod tests {
     /// A point that the blade jumps over by 3 cells keeps the side it was on.
     #[test]
     fn swept_point_takes_side_from_before() {
-        let near = blade(0.0, 3.0).near(DVec3::new(1.6, 0.0, 0.0));
+        let near = blade(0.0, 3.0).near(DVec3::new(1.6, 0.0, 0.0), DVec3::new(1.6, 0.0, 0.0));
         assert_eq!(near.takes(true), Some(1));
         assert!(near.distance < 0.0 && near.is_near);
     }
 
     #[test]
     fn point_beside_the_blade_takes_no_side() {
-        let near = blade(0.0, 3.0).near(DVec3::new(1.6, 6.5, 0.0));
+        let near = blade(0.0, 3.0).near(DVec3::new(1.6, 6.5, 0.0), DVec3::new(1.6, 6.5, 0.0));
         assert_eq!((near.takes(false), near.is_near), (None, false));
     }
 
     /// A point that was near already keeps what it has: no flip, whatever side it is on now.
     #[test]
     fn point_that_stays_near_takes_nothing() {
-        let near = blade(0.0, 0.5).near(DVec3::new(0.25, 0.0, 0.0));
+        let near = blade(0.0, 0.5).near(DVec3::new(0.25, 0.0, 0.0), DVec3::new(0.25, 0.0, 0.0));
         assert_eq!((near.takes(true), near.is_near), (None, true));
+    }
+
+    /// A point that was beside the rim, in front, and moves under the resting blade and behind its plane is new there: it takes the side it came from.
+    #[test]
+    fn point_that_comes_round_the_rim_is_new() {
+        let near = blade(0.0, 0.0).near(DVec3::new(0.1, 6.1, 0.0), DVec3::new(-0.1, 5.9, 0.0));
+        assert_eq!((near.takes(true), near.is_near), (Some(1), true));
     }
 }
