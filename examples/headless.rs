@@ -100,7 +100,7 @@ impl Run {
             report.steps,
             report.dt,
             plan.density_scale,
-            report.speed_max * cell_width / report.dt,
+            report.speed(cell_width),
             ms(t.total),
             ms(t.rebin),
             ms(t.grid),
@@ -145,10 +145,10 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
         ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left, {msg}").unwrap_or(ProgressStyle::default_bar());
     let bar = ProgressBar::new(frames).with_style(style);
     let mut run = Run { metrics: format!("{HEADER}\n"), ratio: (f64::INFINITY, 0.0), ..Run::default() };
-    let (mut speed, cell_width) = (0.0, built.snapshot.domain.cell_width);
+    let cell_width = built.snapshot.domain.cell_width;
     let mut last = FrameReport::default();
     for frame in 0..frames {
-        let plan = built.frame_plan(frame, speed);
+        let plan = built.frame_plan(frame, &last);
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
         last = engine.wait().map_err(|e| e.to_string())?;
         run.add(&plan, &last, cell_width);
@@ -156,7 +156,6 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
             bar.abandon_with_message(format!("stopped: {}", last.health));
             break;
         }
-        speed = last.speed_max * cell_width / last.dt;
         bar.set_message(format!("{} steps, J {:.2}..{:.2}", last.steps, last.volume_ratio.0, last.volume_ratio.1));
         bar.inc(1);
     }

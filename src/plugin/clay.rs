@@ -34,6 +34,8 @@ pub struct Clay {
     material: ClayMaterial,
     /// Greatest speed [m/s] at the end of frames n and n - 1, by the parity of their ids, with what gravity adds in a frame.
     speeds: [f64; 2],
+    /// Whether a tool engaged supported clay in these frames.
+    engaged: [bool; 2],
     next_id: u64,
     owed: f64,
     given_up: f64,
@@ -65,6 +67,7 @@ impl Clay {
             cell_width: snapshot.domain.cell_width,
             material: snapshot.material,
             speeds: [speed; 2],
+            engaged: [false; 2],
             next_id: 0,
             owed: 0.0,
             given_up: 0.0,
@@ -110,8 +113,9 @@ impl Clay {
         let paths: Vec<_> = tools.into_iter().map(|(entity, tool)| self.path(entity, tool, duration)).collect();
         // A tool that stands still needs no scaling of inertia: its speed of 0 would ask for the most.
         let moves = paths.iter().any(|path| path.speed_max() > 0.0);
-        let inertia = if moves { self.limits.inertia } else { InertiaScaling::Off };
-        let limits = StepLimits { speed: self.speeds[usize::from(self.next_id % 2 == 1)], inertia, ..self.limits };
+        let slot = usize::from(self.next_id % 2 == 1);
+        let inertia = if moves && self.engaged[slot] { self.limits.inertia } else { InertiaScaling::Off };
+        let limits = StepLimits { speed: self.speeds[slot], inertia, ..self.limits };
         let mut plan = limits.frame(&self.material, self.cell_width, duration, &paths);
         plan.id = self.next_id;
         self.next_id += 1;
@@ -120,9 +124,10 @@ impl Clay {
 
     /// Takes what a report says about the speed of the clay.
     fn note(&mut self, report: &FrameReport) {
-        let speed = report.speed_max * self.cell_width / report.dt.max(f64::MIN_POSITIVE);
+        let slot = usize::from(report.plan_id % 2 == 1);
         // The frame between this one and the one planned from it is not longer than the longest.
-        self.speeds[usize::from(report.plan_id % 2 == 1)] = speed + self.limits.gravity.length() * FRAME_MAX;
+        self.speeds[slot] = report.speed(self.cell_width) + self.limits.gravity.length() * FRAME_MAX;
+        self.engaged[slot] = report.is_engaged();
     }
 }
 

@@ -5,7 +5,7 @@ use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
-use crate::sim::engine::FramePlan;
+use crate::sim::engine::{FramePlan, FrameReport};
 use crate::sim::params::{CELLS_MAX, Domain, PADDING};
 use crate::sim::plan::{InertiaScaling, StepLimits};
 use crate::sim::snapshot::{Particle, Snapshot};
@@ -53,16 +53,17 @@ impl BuiltScene {
         (1..).zip(&self.scene.tools).filter_map(|(id, track)| track.path(id, frame_start, frame_end)).collect()
     }
 
-    /// The plan of frame `index`, from 0, for clay that moves at up to `speed` [m/s] (0 if unknown). The scene's time step bounds the substep.
-    pub fn frame_plan(&self, index: u64, speed: f64) -> FramePlan {
+    /// The plan of frame `index`, from 0, made from the report of an earlier frame (the default report before there is one): how fast the clay moves, and
+    /// whether a tool engages it, without which inertia is not scaled. The scene's time step bounds the substep.
+    pub fn frame_plan(&self, index: u64, earlier: &FrameReport) -> FramePlan {
         let Scene { frame_time, inertia, gravity, seed, .. } = self.scene;
         let start = index as f64 * frame_time;
         let tools = self.tool_paths(start, start + frame_time);
+        let Snapshot { material, domain, .. } = &self.snapshot;
         // A tool that stands still needs no scaling: its speed would ask for the most.
         let moves = tools.iter().any(|tool| tool.speed_max() > 0.0);
-        let inertia = if moves { inertia } else { InertiaScaling::Off };
-        let limits = StepLimits { inertia, gravity, speed, ..StepLimits::default() };
-        let Snapshot { material, domain, .. } = &self.snapshot;
+        let inertia = if moves && earlier.is_engaged() { inertia } else { InertiaScaling::Off };
+        let limits = StepLimits { inertia, gravity, speed: earlier.speed(domain.cell_width), ..StepLimits::default() };
         let mut plan = limits.frame(material, domain.cell_width, frame_time, &tools);
         if let Some(step) = self.scene.time_step.filter(|step| plan.dt > *step) {
             plan.steps = (frame_time / step).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;

@@ -189,6 +189,17 @@ pub struct FrameReport {
 }
 
 impl FrameReport {
+    /// Whether a tool engaged supported clay: it touched clay while a wall held clay up. Only then may inertia be scaled in a later frame; a body that
+    /// flies or falls keeps its own.
+    pub fn is_engaged(&self) -> bool {
+        self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO
+    }
+
+    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did not run.
+    pub fn speed(&self, cell_width: f64) -> f64 {
+        if self.dt > 0.0 { self.speed_max * cell_width / self.dt } else { 0.0 }
+    }
+
     /// |clay momentum change + tool and wall impulses| over (sum of |impulses| + sum of m |v|): Newton's third law, kept to rounding.
     pub fn balance_error(&self) -> f64 {
         let on_tools: DVec3 = self.tools.iter().map(|t| t.impulse).sum();

@@ -1,6 +1,7 @@
 //! Snapshots from scenes, and what stops them.
 
 use super::*;
+use crate::sim::engine::ToolReport;
 use crate::sim::params::WALL_NODE;
 use std::fs;
 
@@ -168,11 +169,18 @@ fn frames_cover_the_duration_and_keep_the_time_step() {
     );
     let mut scene = built(&text);
     assert_eq!(scene.frame_count(), 5);
-    let tools: Vec<usize> = (0..5).map(|frame| scene.frame_plan(frame, 0.0).tools.len()).collect();
+    let tools: Vec<usize> = (0..5).map(|frame| scene.frame_plan(frame, &FrameReport::default()).tools.len()).collect();
     assert_eq!(tools, [0, 1, 1, 0, 0]);
-    let plan = scene.frame_plan(1, 0.0);
+    // Inertia is scaled only where a tool touches clay that something holds up.
+    let free = FrameReport::default();
+    let tool = ToolReport { contacts: 1, ..ToolReport::default() };
+    let touched = FrameReport { tools: vec![tool], ..FrameReport::default() };
+    let engaged = FrameReport { wall_impulse: DVec3::Y, ..touched.clone() };
+    assert_eq!((scene.frame_plan(1, &free).density_scale, scene.frame_plan(1, &touched).density_scale), (1.0, 1.0));
+    let plan = scene.frame_plan(1, &engaged);
     assert_eq!((plan.id, plan.seed, plan.tools[0].id), (1, 10, 2));
     assert!(plan.density_scale > 1.0 && (plan.duration() - 0.1).abs() < 1e-12 && plan.validate().is_ok());
     scene.scene.time_step = Some(1e-5);
-    assert!(scene.frame_plan(1, 0.0).dt <= 1e-5 && (scene.frame_plan(1, 0.0).duration() - 0.1).abs() < 1e-12);
+    let plan = scene.frame_plan(1, &free);
+    assert!(plan.dt <= 1e-5 && (plan.duration() - 0.1).abs() < 1e-12);
 }

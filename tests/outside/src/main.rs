@@ -7,11 +7,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::from_ron(scene)?.build(std::path::Path::new("."))?;
     let mut engine = NativeEngine::new();
     engine.load(&scene.snapshot)?;
-    let mut force = 0.0;
+    let mut report = FrameReport::default();
     for frame in 0..scene.frame_count() {
-        engine.submit(scene.frame_plan(frame, 0.1))?;
-        force = engine.wait()?.tools[0].force.y;
+        engine.submit(scene.frame_plan(frame, &report))?;
+        report = engine.wait()?;
     }
+    let force = report.tools[0].force.y;
     let carved = engine.save()?.particles.iter().filter(|p| p.hardening > 0.05).count();
     println!("{} particles, {carved} carved, {force:.2} N on the ball", scene.snapshot.particles.len());
     if carved > 0 && force > 0.0 { Ok(()) } else { Err("nothing was carved".into()) }
