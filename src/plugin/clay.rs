@@ -182,6 +182,7 @@ fn report(mut clays: Query<(Entity, &mut Clay)>, mut reports: MessageWriter<Clay
 }
 
 /// Plans a frame for each clay. Never waits.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn step(time: Res<Time>, mut clays: Query<(Entity, &mut Clay, Option<&ClayMaterial>)>, tools: Query<(Entity, &SculptTool)>) {
     for (entity, mut clay, material) in &mut clays {
         if let Some(material) = material {
