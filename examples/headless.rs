@@ -89,7 +89,7 @@ impl Run {
         // Writing to a String cannot fail.
         let _ = writeln!(
             self.metrics,
-            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{:.4e},{:.4},{:.5},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},{}",
+            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{:.4e},{:.4},{:.5},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},\"{}\"",
             report.plan_id,
             report.time,
             report.energies.kinetic,

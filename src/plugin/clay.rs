@@ -87,9 +87,15 @@ impl Clay {
         self.given_up
     }
 
-    /// Why the clay stands still, if the engine refused a plan or stopped.
+    /// Why the clay stands still: the engine refused the last plan (a parameter of the material or a tool; the clay goes on when that is
+    /// mended) or stopped.
     pub fn error(&self) -> Option<&EngineError> {
         self.error.as_ref()
+    }
+
+    /// Whether the engine is gone, and with it any hope of a next frame.
+    fn is_stopped(&self) -> bool {
+        self.error.as_ref().is_some_and(|e| !matches!(e, EngineError::Params(_)))
     }
 
     /// A path from where the tool was at the end of the last plan to where it is now.
@@ -101,6 +107,8 @@ impl Clay {
 
     /// Submits a frame of the time owed, if there is any and the engine takes one.
     fn step(&mut self, delta: f64, tools: &Query<(Entity, &SculptTool)>) -> Result<(), EngineError> {
+        // A tool taken away and put down elsewhere does not sweep from where it was.
+        self.poses.retain(|entity, _| tools.contains(*entity));
         self.owed += delta;
         self.given_up += (self.owed - FRAME_MAX).max(0.0);
         self.owed = self.owed.min(FRAME_MAX);
@@ -111,22 +119,24 @@ impl Clay {
         let mut tools: Vec<_> = tools.iter().collect();
         tools.sort_by_key(|(_, tool)| tool.id);
         let paths: Vec<_> = tools.into_iter().map(|(entity, tool)| self.path(entity, tool, duration)).collect();
-        // A tool that stands still needs no scaling of inertia: its speed of 0 would ask for the most.
-        let moves = paths.iter().any(|path| path.speed_max() > 0.0);
         let slot = usize::from(self.next_id % 2 == 1);
-        let inertia = if moves && self.engaged[slot] { self.limits.inertia } else { InertiaScaling::Off };
+        let inertia = if self.engaged[slot] { self.limits.inertia } else { InertiaScaling::Off };
         let limits = StepLimits { speed: self.speeds[slot], inertia, ..self.limits };
         let mut plan = limits.frame(&self.material, self.cell_width, duration, &paths);
         plan.id = self.next_id;
+        self.engine().submit(plan)?;
         self.next_id += 1;
-        self.engine().submit(plan)
+        self.error = None;
+        Ok(())
     }
 
     /// Takes what a report says about the speed of the clay.
     fn note(&mut self, report: &FrameReport) {
         let slot = usize::from(report.plan_id % 2 == 1);
         // The frame between this one and the one planned from it is not longer than the longest.
-        self.speeds[slot] = report.speed(self.cell_width) + self.limits.gravity.length() * FRAME_MAX;
+        let speed = report.speed(self.cell_width) + self.limits.gravity.length() * FRAME_MAX;
+        // A frame given up says nothing of the speed; the clay stands as before it.
+        self.speeds[slot] = if report.health.contains(Health::GIVEN_UP) { self.speeds[slot].max(speed) } else { speed };
         self.engaged[slot] = report.is_engaged();
     }
 }
@@ -163,7 +173,7 @@ impl Plugin for StepPlugin {
 /// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
 fn report(mut clays: Query<(Entity, &mut Clay)>, mut reports: MessageWriter<ClayReport>) {
     for (entity, mut clay) in &mut clays {
-        while clay.error.is_none() {
+        while !clay.is_stopped() {
             match clay.engine().poll() {
                 Ok(Some(report)) => {
                     clay.note(&report);
@@ -188,7 +198,7 @@ fn step(time: Res<Time>, mut clays: Query<(Entity, &mut Clay, Option<&ClayMateri
         if let Some(material) = material {
             clay.material = *material;
         }
-        if clay.error.is_none()
+        if !clay.is_stopped()
             && let Err(error) = clay.step(time.delta_secs_f64(), &tools)
         {
             stop(entity, &mut clay, error);
@@ -196,8 +206,10 @@ fn step(time: Res<Time>, mut clays: Query<(Entity, &mut Clay, Option<&ClayMateri
     }
 }
 
-/// Leaves the clay as it stands and says why, once.
+/// Leaves the clay as it stands and says why, once for each reason.
 fn stop(entity: Entity, clay: &mut Clay, error: EngineError) {
-    error!("clay {entity} stands still: {error}");
+    if clay.error.as_ref() != Some(&error) {
+        error!("clay {entity} stands still: {error}");
+    }
     clay.error = Some(error);
 }

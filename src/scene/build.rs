@@ -60,9 +60,7 @@ impl BuiltScene {
         let start = index as f64 * frame_time;
         let tools = self.tool_paths(start, start + frame_time);
         let Snapshot { material, domain, .. } = &self.snapshot;
-        // A tool that stands still needs no scaling: its speed would ask for the most.
-        let moves = tools.iter().any(|tool| tool.speed_max() > 0.0);
-        let inertia = if moves && earlier.is_engaged() { inertia } else { InertiaScaling::Off };
+        let inertia = if earlier.is_engaged() { inertia } else { InertiaScaling::Off };
         let limits = StepLimits { inertia, gravity, speed: earlier.speed(domain.cell_width), ..StepLimits::default() };
         let mut plan = limits.frame(material, domain.cell_width, frame_time, &tools);
         if let Some(step) = self.scene.time_step.filter(|step| plan.dt > *step) {

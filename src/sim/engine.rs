@@ -65,8 +65,16 @@ impl FramePlan {
         if !(self.dt.is_finite() && self.dt > 0.0) {
             return Err(ParamsError::new("dt", self.dt, "must be a positive time step in seconds"));
         }
-        if self.steps == 0 {
-            return Err(ParamsError::new("steps", 0, "must be at least 1"));
+        // 1e-15 s keeps 1 / dt an f32; more than 1e7 substeps are hours for a handful of particles.
+        if self.dt < 1e-15 {
+            return Err(ParamsError::new("dt", self.dt, "must be at least 1e-15 s"));
+        }
+        if !(1..=10_000_000).contains(&self.steps) {
+            return Err(ParamsError::new(
+                "steps",
+                self.steps,
+                "must be 1 to 10,000,000; a longer frame or a finer step needs more frames",
+            ));
         }
         if !(self.density_scale.is_finite() && self.density_scale >= 1.0) {
             return Err(ParamsError::new("density_scale", self.density_scale, "must be 1 or more"));
@@ -80,6 +88,17 @@ impl FramePlan {
             if path.samples.is_empty() || !path.is_finite() {
                 let reason = "needs at least one sample, finite numbers and times in order";
                 return Err(ParamsError::new("tool path", format!("tool {}", path.id), reason));
+            }
+            if !path.samples.iter().all(|s| s.pose.rotation.is_normalized()) {
+                return Err(ParamsError::new("tool path", format!("tool {}", path.id), "needs rotations of length 1"));
+            }
+            let is_rival = |p: &&ToolPath| {
+                p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet() == path.sheet())
+            };
+            if self.tools.iter().filter(is_rival).count() > 1 {
+                let reason =
+                    "must be another than every other tool's, and for blades differ in the low byte, which names the sheet";
+                return Err(ParamsError::new("tool id", path.id, reason));
             }
         }
         Ok(())

@@ -13,7 +13,7 @@ impl Health {
     pub const SPEED: Self = Self(1);
     /// A value that is not finite appeared; the frame was redone with half the time step.
     pub const NON_FINITE: Self = Self(1 << 1);
-    /// The volume ratio J of a particle left [0.05, 20]; the particle's strain was clamped.
+    /// A principal stretch of a particle left 0.05 .. 20 and was clamped.
     pub const STRAIN: Self = Self(1 << 2);
     /// The frame could not be run even after halving the step: the clay stands as it was before the frame.
     pub const GIVEN_UP: Self = Self(1 << 3);
@@ -49,7 +49,7 @@ impl std::fmt::Display for Health {
         const NAMES: [(Health, &str); 6] = [
             (Health::SPEED, "a node moved too far in one substep (frame redone with a smaller step)"),
             (Health::NON_FINITE, "a value was not finite (frame redone with a smaller step)"),
-            (Health::STRAIN, "a particle's volume ratio was clamped to [0.05, 20]"),
+            (Health::STRAIN, "a particle's stretch was clamped to 0.05 .. 20"),
             (Health::GIVEN_UP, "the frame was given up: the clay stands as before it"),
             (Health::QUARANTINED, "particles that are not finite were frozen out"),
             (Health::MASS_LOST, "grid mass differs from particle mass"),

@@ -13,6 +13,8 @@ pub const STEP_FRACTION: f64 = 0.7;
 pub const TRAVEL_MAX: f64 = 0.3;
 /// Greatest tool travel per substep [cells]: faster tools ruin J even where no particle leaks.
 pub const TOOL_TRAVEL_MAX: f64 = 0.1;
+/// A tool that travels less than this in a frame stands still [cells]: rounding of its pose is 1e-10.
+const STILL_TRAVEL: f64 = 1e-6;
 /// Greatest tool speed over the wave speed.
 pub const TOOL_MACH_MAX: f64 = 0.25;
 
@@ -72,7 +74,9 @@ impl StepLimits {
     /// A plan for one frame of `duration` [s]: the fewest substeps that keep material, clay speed and tool speed within their limits.
     pub fn frame(&self, material: &ClayMaterial, cell_width: f64, duration: f64, tools: &[ToolPath]) -> FramePlan {
         let tool_speed = tools.iter().map(ToolPath::speed_max).fold(0.0, f64::max);
-        let density_scale = if tools.is_empty() { 1.0 } else { self.scale(material, tool_speed) };
+        // A tool that stands still needs no scaling, but its speed would ask for the most; and elastic clay has no strength to scale by.
+        let moves = tool_speed * duration > STILL_TRAVEL * cell_width && material.yield_stress.is_finite();
+        let density_scale = if moves { self.scale(material, tool_speed) } else { 1.0 };
         let limit = material.time_step_limit(cell_width, material.density * density_scale) * self.fraction;
         // A falling clay gains g * duration within the frame.
         let clay_speed = self.speed.max(tool_speed) + self.gravity.length() * duration;

@@ -5,7 +5,7 @@
 //! | `solver`   | the frame: substep loop, redo, report                                       |
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
-//! | `kernel`   | gather, law, scatter of one block, in lanes ([`simd`], [`law`])             |
+//! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `tags`     | sides of the blade                                                          |
 //! | `grid`     | node sums and update; `special` where walls, tools and cuts meet            |
 //! | `contact`  | tools in cells and substeps                                                 |
@@ -24,12 +24,11 @@ mod stats;
 mod tags;
 
 use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
-use super::material::ClayMaterial;
 use super::params::{BLOCK, CELLS_MAX, Domain, PADDING, ParamsError};
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
 use solver::{FrameState, Solver};
-use state::{State, unpack_cell};
+use state::unpack_cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -45,8 +44,6 @@ pub struct NativeEngine {
 
 struct Loaded {
     domain: Domain,
-    /// Of the last plan submitted.
-    material: ClayMaterial,
     plans: Sender<FramePlan>,
     done: Receiver<(FrameReport, Arc<FrameState>)>,
     stop: Arc<AtomicBool>,
@@ -111,7 +108,13 @@ fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), ParamsError> 
         if p.rest_volume <= 0.0 {
             return Err(ParamsError::new("rest_volume", format!("{} (id {})", p.rest_volume, p.id), "must be positive"));
         }
-        moving.push(*p);
+        // Cell and offset as the sort needs them, and sides that are signs, whoever made the snapshot.
+        let mut p = *p;
+        if p.offset.iter().any(|o| !(0.0..=1.0).contains(o)) {
+            p.set_grid(x);
+        }
+        p.tags.iter_mut().for_each(|t| t.side = t.side.signum());
+        moving.push(p);
     }
     Ok((moving, quarantined))
 }
@@ -127,14 +130,14 @@ impl Engine for NativeEngine {
         let (particles, quarantined) = admit(snapshot)?;
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| EngineError::Stopped(e.to_string()))?;
-        let state = State::new(&snapshot.domain, &particles);
-        let latest = Arc::new(FrameState { hot: state.hot, cold: state.cold, time: snapshot.time });
+        let (hot, cold) = state::convert(&snapshot.domain, &particles);
+        let latest = Arc::new(FrameState { hot, cold, time: snapshot.time, material: snapshot.material });
         let (plans, todo) = channel::<FramePlan>();
         let (finished, done) = channel();
         let stop = Arc::new(AtomicBool::new(false));
-        let (domain, time, stopped) = (snapshot.domain, snapshot.time, stop.clone());
+        let (domain, material, time, stopped) = (snapshot.domain, snapshot.material, snapshot.time, stop.clone());
         let run = move || {
-            let mut solver = pool.install(|| Solver::new(domain, time, &particles, quarantined));
+            let mut solver = pool.install(|| Solver::new(domain, material, time, &particles, quarantined));
             drop(particles);
             while let Ok(plan) = todo.recv() {
                 let Some(report) = pool.install(|| solver.run(&plan, &stopped)) else { return };
@@ -144,7 +147,7 @@ impl Engine for NativeEngine {
             }
         };
         std::thread::Builder::new().name("clay".into()).spawn(run).map_err(|e| EngineError::Stopped(e.to_string()))?;
-        self.loaded = Some(Loaded { domain, material: snapshot.material, plans, done, stop, pending: 0, latest });
+        self.loaded = Some(Loaded { domain, plans, done, stop, pending: 0, latest });
         Ok(())
     }
 
@@ -154,7 +157,6 @@ impl Engine for NativeEngine {
         if loaded.pending >= PENDING_MAX {
             return Err(EngineError::Busy(loaded.pending));
         }
-        loaded.material = plan.material;
         loaded.plans.send(plan).map_err(|_| EngineError::Stopped("its thread has ended".into()))?;
         loaded.pending += 1;
         Ok(())
@@ -199,7 +201,7 @@ impl Engine for NativeEngine {
         let loaded = self.loaded.as_ref().ok_or(EngineError::NotLoaded)?;
         let state = &loaded.latest;
         let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
-        Ok(Snapshot { domain: loaded.domain, material: loaded.material, time: state.time, particles })
+        Ok(Snapshot { domain: loaded.domain, material: state.material, time: state.time, particles })
     }
 
     fn pending(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
+use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::contact::ToolNow;
@@ -29,6 +30,8 @@ pub(super) struct FrameState {
     pub hot: Vec<Hot>,
     pub cold: Vec<Cold>,
     pub time: f64,
+    /// Of the plan that led here.
+    pub material: ClayMaterial,
 }
 
 /// The native engine's clay and grids.
@@ -88,11 +91,11 @@ enum Failure {
 
 impl Solver {
     /// A solver for particles that are finite and inside the domain's room.
-    pub(super) fn new(domain: Domain, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
+    pub(super) fn new(domain: Domain, material: ClayMaterial, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
         let state = State::new(&domain, particles);
         let tiles = Tiles { table: state.table.clone(), untagged: vec![], side_slot: vec![], sides: vec![] };
         let stats = Stats::of(&domain, &state.hot, &state.cold);
-        let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time });
+        let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
         Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, stats, quarantined, start, fma: kernel::has_fma() }
     }
 
@@ -109,7 +112,14 @@ impl Solver {
         for redone in 0..=REDO_MAX {
             let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
             match self.attempt(plan, dt, steps, stop) {
-                Ok(tally) => return Some(self.report(plan, &tally, health, redone, dt, steps, began)),
+                Ok(tally) => {
+                    let stats = Stats::of(&self.domain, &self.state.hot, &self.state.cold);
+                    if stats.is_finite() {
+                        return Some(self.report(plan, &tally, stats, health, redone, dt, steps, began));
+                    }
+                    health.insert(Health::NON_FINITE);
+                    self.restore();
+                }
                 Err(Failure::Stopped) => return None,
                 Err(Failure::Health(h)) => {
                     health.insert(h);
@@ -118,7 +128,8 @@ impl Solver {
             }
         }
         health.insert(Health::GIVEN_UP);
-        Some(self.report(plan, &Tally::default(), health, REDO_MAX, plan.dt, 0, began))
+        let stats = self.stats.clone();
+        Some(self.report(plan, &Tally::default(), stats, health, REDO_MAX, plan.dt, 0, began))
     }
 
     /// The substep loop.
@@ -256,6 +267,7 @@ impl Solver {
         &mut self,
         plan: &FramePlan,
         tally: &Tally,
+        stats: Stats,
         mut health: Health,
         redone: u32,
         dt: f64,
@@ -264,8 +276,13 @@ impl Solver {
     ) -> FrameReport {
         let ended = Instant::now();
         self.time += dt * f64::from(steps);
-        let before = std::mem::replace(&mut self.stats, Stats::of(&self.domain, &self.state.hot, &self.state.cold));
-        self.start = Arc::new(FrameState { hot: self.state.hot.clone(), cold: self.state.cold.clone(), time: self.time });
+        let before = std::mem::replace(&mut self.stats, stats);
+        self.start = Arc::new(FrameState {
+            hot: self.state.hot.clone(),
+            cold: self.state.cold.clone(),
+            time: self.time,
+            material: plan.material,
+        });
         let density = plan.inertial_density();
         let node_mass = density * self.domain.cell_width.powi(3) / 8.0;
         let unit = node_mass * self.domain.cell_width / dt;

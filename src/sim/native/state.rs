@@ -153,35 +153,34 @@ pub(super) struct State {
     spare: Option<Table>,
 }
 
+/// Particles in the engine's form, in their order.
+#[expect(clippy::cast_possible_truncation, reason = "mass is f32 in the kernels")]
+pub(super) fn convert(domain: &Domain, particles: &[Particle]) -> (Vec<Hot>, Vec<Cold>) {
+    let unit = domain.cell_width.powi(3) / 8.0;
+    let hot = |p: &Particle| Hot {
+        offset: p.offset,
+        cell: pack_cell(p.cell),
+        strain: p.elastic_strain,
+        mass: (f64::from(p.rest_volume) / unit) as f32,
+        hardening: p.hardening,
+    };
+    let cold = |p: &Particle| Cold {
+        velocity: p.velocity,
+        affine: p.affine,
+        id: p.id,
+        tags: p.tags,
+        structure: p.structure,
+        rest_volume: p.rest_volume,
+    };
+    particles.iter().map(|p| (hot(p), cold(p))).unzip()
+}
+
 impl State {
-    #[expect(clippy::cast_possible_truncation, reason = "mass is f32 in the kernels")]
     pub(super) fn new(domain: &Domain, particles: &[Particle]) -> Self {
-        let unit = domain.cell_width.powi(3) / 8.0;
-        let hot = |p: &Particle| Hot {
-            offset: p.offset,
-            cell: pack_cell(p.cell),
-            strain: p.elastic_strain,
-            mass: (f64::from(p.rest_volume) / unit) as f32,
-            hardening: p.hardening,
-        };
-        let cold = |p: &Particle| Cold {
-            velocity: p.velocity,
-            affine: p.affine,
-            id: p.id,
-            tags: p.tags,
-            structure: p.structure,
-            rest_volume: p.rest_volume,
-        };
+        let (hot, cold) = convert(domain, particles);
         let extent = domain.blocks();
         let slots = vec![0; (extent.x * extent.y * extent.z) as usize];
-        let mut state = Self {
-            hot: particles.iter().map(hot).collect(),
-            cold: particles.iter().map(cold).collect(),
-            runs: vec![],
-            blocks: vec![],
-            table: Arc::new(Table { extent, slots }),
-            spare: None,
-        };
+        let mut state = Self { hot, cold, runs: vec![], blocks: vec![], table: Arc::new(Table { extent, slots }), spare: None };
         state.sort();
         state
     }

@@ -98,6 +98,12 @@ impl Stats {
         s
     }
 
+    /// Whether every sum is: then every particle is.
+    pub(super) fn is_finite(&self) -> bool {
+        let sums = [self.speed, self.kinetic, self.strain.0, self.strain.1, self.present_volume];
+        self.momentum.is_finite() && self.angular.is_finite() && sums.iter().all(|s| s.is_finite())
+    }
+
     /// Fills in what a report says of the particles.
     pub(super) fn write(&self, report: &mut FrameReport, plan: &FramePlan) {
         let density = plan.inertial_density();
@@ -109,7 +115,7 @@ impl Stats {
         report.momentum_scale = self.speed * density;
         let elastic = m.lame_mu() * self.strain.0 + 0.5 * m.lame_lambda() * self.strain.1;
         report.energies = Energies { kinetic: self.kinetic * density, elastic };
-        report.volume_ratio = self.ratio;
+        report.volume_ratio = if self.count > 0 { self.ratio } else { (1.0, 1.0) };
         report.volume = self.present_volume;
     }
 }

@@ -85,7 +85,9 @@ impl ToolPath {
     pub fn speed_max(&self) -> f64 {
         let radius = self.tool.shape.bounding_radius();
         let speed = |w: &[PoseSample]| {
-            let turn = w[0].pose.rotation.angle_between(w[1].pose.rotation) * radius;
+            // By atan2: an arc cosine of nearly 1 sees turns of 3e-8 where there is none.
+            let between = w[0].pose.rotation.inverse() * w[1].pose.rotation;
+            let turn = 2.0 * between.xyz().length().atan2(between.w.abs()) * radius;
             (w[0].pose.position.distance(w[1].pose.position) + turn) / (w[1].time - w[0].time)
         };
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
