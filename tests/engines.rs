@@ -237,6 +237,7 @@ fn runs_are_bit_identical() {
             moving(&s, &p, blade, at + DVec3::Y * 8.0, at - DVec3::Y * 2.0, DQuat::from_rotation_y(0.3)),
             moving(&s, &p, ball, at + DVec3::new(-3.0, 3.0, 0.0), at + DVec3::new(-3.0, -3.0, 0.0), DQuat::IDENTITY),
         ];
+        p.tools[1].id = 4;
         let mut engine = NativeEngine::with_threads(threads);
         engine.load(&s).expect("load");
         for _ in 0..3 {
