@@ -62,6 +62,8 @@ impl FramePlan {
     /// # Errors
     /// The first parameter that is out of its range, by name.
     pub fn validate(&self) -> Result<(), ParamsError> {
+        // First: a bad material makes a senseless time step.
+        self.material.validate()?;
         if !(self.dt.is_finite() && self.dt > 0.0) {
             return Err(ParamsError::new("dt", self.dt, "must be a positive time step in seconds"));
         }
@@ -82,7 +84,6 @@ impl FramePlan {
         if !self.gravity.is_finite() {
             return Err(ParamsError::new("gravity", self.gravity, "must be finite"));
         }
-        self.material.validate()?;
         for path in &self.tools {
             path.tool.validate()?;
             if path.samples.is_empty() || !path.is_finite() {
