@@ -1,6 +1,6 @@
 //! Cost of a substep without a tool: core-ns per particle and substep of a block of clay that falls onto the floor.
 //!
-//! `cargo bench --no-default-features --bench substep -- [--json] [--threads T] [--particles N] [--grid G]`; `benches/peers/run.sh` runs it
+//! `cargo bench --no-default-features --bench substep -- [--gpu] [--json] [--threads T] [--particles N] [--grid G]`; `benches/peers/run.sh` runs it
 //! beside Taichi on the same scene. Core-ns is the CPU time of all threads: it hardly moves when other work shares the machine.
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
@@ -55,16 +55,24 @@ fn main() {
     let threads = value("--threads").unwrap_or(0);
     let sizes = value("--particles").map_or(vec![13_800, 104_900], |n| vec![n]);
     let grids = value("--grid").map_or(vec![60, 120, 200], |g| vec![g]);
+    let is_gpu = args.iter().any(|a| a == "--gpu");
+    let mut engine: Box<dyn Engine> = if is_gpu {
+        Box::new(GpuDevice::headless().and_then(GpuEngine::new).expect("a graphics adapter"))
+    } else {
+        Box::new(NativeEngine::with_threads(threads))
+    };
+    if !is_json {
+        println!("{}", engine.describe());
+    }
     for &particles in &sizes {
         for &grid in &grids {
-            run(particles, grid as i32, threads, is_json);
+            run(engine.as_mut(), particles, grid as i32, is_json);
         }
     }
 }
 
-fn run(particles: usize, grid: i32, threads: usize, is_json: bool) {
+fn run(engine: &mut dyn Engine, particles: usize, grid: i32, is_json: bool) {
     let (snapshot, dt) = scene(particles, grid);
-    let mut engine = NativeEngine::with_threads(threads);
     engine.load(&snapshot).expect("the scene loads");
     let mut frame = |steps: u32| {
         let plan = FramePlan {
@@ -98,7 +106,7 @@ fn run(particles: usize, grid: i32, threads: usize, is_json: bool) {
     if is_json {
         println!(
             "{}",
-            serde_json::json!({"tool": "bevy_clay native", "particles": particles, "grid": grid, "core_ns_per_particle": core_ns,
+            serde_json::json!({"tool": "bevy_clay", "engine": engine.describe(), "particles": particles, "grid": grid, "core_ns_per_particle": core_ns,
             "wall_ms": wall / 40.0 * 1e3})
         );
     } else {

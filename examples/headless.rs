@@ -1,8 +1,15 @@
 //! Runs a scene without a window: `cargo run --no-default-features --example headless -- SCENE.ron --out DIR [--frames N]`.
 //!
-//! Writes into DIR: `summary.json` (the run at a glance), `metrics.csv` (a line per frame), the surface and the particles of the last frame. Ends
-//! with checks of its own. Exit code 2: bad input, nothing written; 1: a check failed; 0: all is well.
+//! Writes into DIR: `summary.json` (the run at a glance), `metrics.csv` (a line per frame), the surface and the particles of the last frame; with
+//! the default features also pictures, `frame_NNNN.png`, as many as `--pictures N` says. Ends with checks of its own. Exit code 2: bad input, nothing written; 1: a check failed; 0: all is well.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
+
+#[cfg(feature = "bevy")]
+#[path = "headless/pictures.rs"]
+mod pictures;
+#[cfg(not(feature = "bevy"))]
+#[path = "headless/no_pictures.rs"]
+mod pictures;
 
 use bevy_clay::prelude::*;
 use clap::Parser;
@@ -24,7 +31,13 @@ struct Args {
     /// Runs only the first N frames.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
+    /// Pictures of the run, evenly spread, the last of its end: 4 if not said. They need the default features and a graphics adapter.
+    #[arg(long)]
+    pictures: Option<u64>,
 }
+
+/// Pictures where none were asked for.
+const PICTURES: u64 = 4;
 
 fn main() -> ExitCode {
     let args = Args::parse();
@@ -147,6 +160,8 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
     let mut run = Run { metrics: format!("{HEADER}\n"), ratio: (f64::INFINITY, 0.0), ..Run::default() };
     let cell_width = built.snapshot.domain.cell_width;
     let mut last = FrameReport::default();
+    let pictures = args.pictures.unwrap_or(PICTURES).min(frames);
+    let mut moments = vec![];
     for frame in 0..frames {
         let plan = built.frame_plan(frame, &last);
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
@@ -156,11 +171,27 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
             bar.abandon_with_message(format!("stopped: {}", last.health));
             break;
         }
+        // The frames whose ends divide the run into equal parts.
+        if (frame + 1) * pictures / frames > frame * pictures / frames
+            && let Some(source) = engine.surface().filter(|_| pictures::ARE_DRAWN)
+        {
+            let pose = |path: &ToolPath| (path.tool.shape, path.pose_at(plan.duration()));
+            let tools = plan.tools.iter().map(pose).collect();
+            moments.push(pictures::Moment { frame: frame + 1, surface: extract(&source, &SurfaceSettings::default()), tools });
+        }
         bar.set_message(format!("{} steps, J {:.2}..{:.2}", last.steps, last.volume_ratio.0, last.volume_ratio.1));
         bar.inc(1);
     }
     bar.finish_and_clear();
-    finish(built, args, &engine, &run, &last, began)
+    let mut faults = finish(built, args, &engine, &run, &last, began)?;
+    // Pictures that were asked for and could not be drawn are a fault; others are missed in a line.
+    match pictures::draw(moments, &args.out) {
+        Ok(files) => files.iter().for_each(|f| println!("picture: {}", f.display())),
+        Err(reason) if args.pictures.is_some_and(|n| n > 0) => faults.push(format!("no pictures: {reason}")),
+        Err(reason) if pictures > 0 => println!("no pictures: {reason}"),
+        Err(_) => {}
+    }
+    Ok(faults)
 }
 
 /// Writes the results and checks them.

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Installs what a bare Debian or Ubuntu with Rust lacks: a C compiler, which Rust links with, and certificates, which cargo
-# downloads with. Components of Rust may be named as arguments: bash scripts/install.sh rustfmt clippy
+# downloads with; with --window also what a window loads at run time: X libraries, the Vulkan loader and, where no Vulkan driver is
+# there, a software driver; with --test a virtual display and a mouse for it. Components of Rust may be named too:
+# bash scripts/install.sh --window --test rustfmt clippy
 # Says in one line what it installs; with everything in place it says nothing.
 set -euo pipefail
 
@@ -15,6 +17,27 @@ packages=()
 command -v cc >/dev/null || packages+=(gcc libc6-dev)
 [ -n "${SSL_CERT_FILE:-}" ] || [ -e /etc/ssl/certs/ca-certificates.crt ] || [ -e /etc/pki/tls/certs/ca-bundle.crt ] ||
     [ -e /etc/ssl/cert.pem ] || packages+=(ca-certificates)
+
+# lacking PACKAGE...: adds those that are not installed. Where there is no dpkg, the names mean nothing and are left to the user.
+lacking() {
+    command -v dpkg-query >/dev/null || return 0
+    local package
+    for package in "$@"; do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q "ok installed" || packages+=("$package")
+    done
+}
+components=()
+for argument in "$@"; do
+    case $argument in
+    --window)
+        lacking libvulkan1 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 libxrandr2
+        compgen -G "/usr/share/vulkan/icd.d/*.json" >/dev/null || compgen -G "/etc/vulkan/icd.d/*.json" >/dev/null ||
+            lacking mesa-vulkan-drivers
+        ;;
+    --test) lacking xvfb xauth xdotool imagemagick ;;
+    *) components+=("$argument") ;;
+    esac
+done
 
 if [ ${#packages[@]} -gt 0 ]; then
     command -v apt-get >/dev/null || fail "no apt-get here; install by hand what stands for: ${packages[*]}"
@@ -32,7 +55,7 @@ if [ ${#packages[@]} -gt 0 ]; then
     fi
 fi
 
-for component in "$@"; do
+for component in "${components[@]}"; do
     tool=${component/rustfmt/fmt}
     cargo "$tool" --version >/dev/null 2>&1 && continue
     command -v rustup >/dev/null || fail "cargo $tool is missing; install the Rust component $component by hand"

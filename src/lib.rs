@@ -8,6 +8,7 @@
 //! | [`surface`] | surface particles         | closed, oriented triangle meshes   | Eq. 9, two-sided     |
 //! | [`scene`]   | scene files, mesh files   | snapshots, tool paths, mesh files  | winding number       |
 //! | `plugin`    | Bevy's clock and entities | frame plans, Bevy components       | -                    |
+//! | `ui`        | Bevy components           | egui panels on them                | -                    |
 //!
 //! Units are SI, right-handed, Y up. State is f32 on the device and in the engines, f64 in the oracle. Matrices are column-major:
 //! `affine[c][r]` is the derivative of velocity component `r` along axis `c`.
@@ -36,15 +37,19 @@ pub mod plugin;
 pub mod scene;
 pub mod sim;
 pub mod surface;
+#[cfg(feature = "inspector")]
+pub mod ui;
 
 /// What most programs need.
 pub mod prelude {
     #[cfg(feature = "bevy")]
     pub use crate::plugin::prelude::*;
+    #[cfg(feature = "inspector")]
+    pub use crate::ui::prelude::*;
     pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
 }
 
-/// The README's example is a doc test.
-#[cfg(doctest)]
+/// The README's examples are doc tests, with all features.
+#[cfg(all(doctest, feature = "inspector"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,252 +1,46 @@
-//! The native engine against the f64 oracle: same snapshot, same plan, particle by particle.
+//! The native engine against the f64 oracle.
+
+mod common;
 
 use bevy_clay::prelude::*;
-use bevy_clay::sim::engine::Validation;
-use bevy_clay::sim::oracle::Oracle;
-use glam::{DQuat, DVec3, IVec3};
+use common::{Agreement, assert_close};
 
-const CELL: f64 = 0.01;
-
-struct Case {
-    snapshot: Snapshot,
-    plan: FramePlan,
-}
-
-/// The greatest differences between engine and oracle.
-#[derive(Debug)]
-struct Difference {
-    /// Position [cells].
-    position: f64,
-    /// Elastic strain [-].
-    strain: f64,
-    /// Velocity [cells per substep].
-    velocity: f64,
-    /// Affine velocity [1 per substep].
-    affine: f64,
-    /// Particles on another side.
-    sides: usize,
-}
-
-/// A block of `size` cells with 8 jittered particles per cell on the floor's middle, `drop` cells above it.
-fn block(size: IVec3, drop: f64, walls: Walls, material: ClayMaterial) -> Snapshot {
-    let room = (size + 12).as_dvec3() * CELL;
-    let domain = Domain::new(DVec3::ZERO, room, CELL, walls).expect("room");
-    let mut random = 7u64;
-    let mut jitter = || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        0.4 * ((random >> 33) as f64 / (1u64 << 31) as f64) - 0.2
-    };
-    let floor = domain.wall_nodes().0.as_dvec3();
-    let low = floor + DVec3::new(6.0, drop, 6.0);
-    let mut particles = vec![];
-    for i in 0..size.x * 2 {
-        for j in 0..size.y * 2 {
-            for k in 0..size.z * 2 {
-                let x = low + (IVec3::new(i, j, k).as_dvec3() + 0.5 + DVec3::new(jitter(), jitter(), jitter())) / 2.0;
-                particles.push(Particle::at(x, (CELL.powi(3) / 8.0) as f32, particles.len() as u32));
-            }
-        }
-    }
-    Snapshot { domain, material, time: 0.0, particles }
-}
-
-fn plan(snapshot: &Snapshot, dt_fraction: f64, steps: u32, tools: Vec<ToolPath>) -> FramePlan {
-    let m = snapshot.material;
-    FramePlan {
-        id: 1,
-        dt: dt_fraction * m.time_step_limit(CELL, m.density),
-        steps,
-        material: m,
-        density_scale: 1.0,
-        gravity: DVec3::new(0.0, -9.81, 0.0),
-        tools,
-        seed: 0,
-        validation: Validation::default(),
-    }
-}
-
-/// Clay of the peers' scene: E 1e5, nu 0.1, yield 2 kPa.
-fn soft() -> ClayMaterial {
-    ClayMaterial { density: 1000.0, young_modulus: 1e5, poisson_ratio: 0.1, yield_stress: 2e3, ..Default::default() }
-}
-
-fn compare(case: &Case) -> (Difference, FrameReport, FrameReport) {
+fn assert_all(cases: Vec<Agreement>) {
     let mut engine = NativeEngine::new();
-    engine.load(&case.snapshot).expect("load");
-    engine.submit(case.plan.clone()).expect("submit");
-    let report = engine.wait().expect("report");
-    assert!(report.health.is_ok(), "{}", report.health);
-    let mut ours = engine.save().expect("save").particles;
-    let mut oracle = Oracle::new(&case.snapshot);
-    let reference = oracle.run(&case.plan);
-    let (dt, unit) = (case.plan.dt, case.plan.dt / CELL);
-    ours.sort_by_key(|p| p.id);
-    let mut theirs: Vec<_> = oracle.particles.clone();
-    theirs.sort_by_key(|p| p.id);
-    let mut d = Difference { position: 0.0, strain: 0.0, velocity: 0.0, affine: 0.0, sides: 0 };
-    for (a, b) in ours.iter().zip(&theirs) {
-        d.position = d.position.max((a.grid() - b.position).abs().max_element());
-        let e = b.elastic_strain;
-        let e = [e.x_axis.x, e.y_axis.y, e.z_axis.z, e.x_axis.y, e.x_axis.z, e.y_axis.z];
-        for i in 0..6 {
-            d.strain = d.strain.max((f64::from(a.elastic_strain[i]) - e[i]).abs());
-        }
-        d.velocity = d.velocity.max((DVec3::from_array(a.velocity.map(f64::from)) - b.velocity).abs().max_element() * unit);
-        for c in 0..3 {
-            let column = DVec3::from_array(a.affine[c].map(f64::from));
-            d.affine = d.affine.max((column - b.affine.col(c)).abs().max_element() * dt);
-        }
-        d.sides += usize::from(a.tags[0] != b.tags[0]);
-    }
-    (d, report, reference)
-}
-
-fn velocities(snapshot: &mut Snapshot, v: impl Fn(DVec3) -> DVec3) {
-    for p in &mut snapshot.particles {
-        p.velocity = v(p.grid()).as_vec3().to_array();
+    for case in cases {
+        assert_close(&mut engine, &case);
     }
 }
 
-fn floor_walls(floor: Wall) -> Walls {
-    Walls { low: [Wall::Separate, floor, Wall::Separate], high: [Wall::Separate; 3] }
-}
-
-/// Stated limits of the native engine against the oracle after 20 substeps, in cells, strains and substeps. f32 rounds positions to 3e-8 cells and
-/// strains to 3e-8 of themselves in every substep; the figures seen are a third to a half of the limits.
-fn assert_close(name: &str, case: &Case, position: f64, strain: f64) -> (FrameReport, FrameReport) {
-    let (d, ours, theirs) = compare(case);
-    assert!(d.position <= position && d.strain <= strain && d.sides == 0, "{name}: {d:?}");
-    assert!(d.velocity <= position && d.affine <= 3.0 * position, "{name}: {d:?}");
-    let scale = theirs.impulse_scale + theirs.momentum_scale;
-    for (a, b) in ours.tools.iter().zip(&theirs.tools) {
-        assert!((a.impulse - b.impulse).length() <= 1e-5 * scale, "{name}: impulse {} against {}", a.impulse, b.impulse);
-        assert!((a.angular_impulse - b.angular_impulse).length() <= 1e-5 * scale * 0.1, "{name}: {}", a.angular_impulse);
-        assert!(b.contacts + b.tagged > 0, "{name}: the tool must touch the clay");
-        assert_eq!(a.tagged, b.tagged, "{name}");
-    }
-    assert!((ours.wall_impulse - theirs.wall_impulse).length() <= 1e-5 * scale, "{name}: wall {}", ours.wall_impulse);
-    assert!((ours.energies.elastic / theirs.energies.elastic - 1.0).abs() < 1e-4, "{name}: {:?}", ours.energies);
-    assert!(ours.balance_error() <= 1e-5 && theirs.balance_error() <= 1e-12, "{name}");
-    assert!((ours.grid_mass / ours.particle_mass - 1.0).abs() <= 1e-7, "{name}: {}", ours.grid_mass / ours.particle_mass);
-    (ours, theirs)
-}
-
-/// A tool that moves from `from` to `to` (grid coordinates) over the frame.
-fn moving(snapshot: &Snapshot, plan: &FramePlan, tool: Tool, from: DVec3, to: DVec3, rotation: DQuat) -> ToolPath {
-    let at = |time, x| PoseSample { time, pose: Pose { position: snapshot.domain.to_world(x), rotation } };
-    ToolPath { id: 3, tool, samples: vec![at(0.0, from), at(plan.duration(), to)] }
-}
-
-const SEPARATE: Contact = Contact::Separate { friction: 0.3 };
-
-/// A block that falls onto the floor at 0.05 cells per substep: impact, compression to J = 0.6, yielding.
 #[test]
 fn impact_agrees() {
-    for floor in [Wall::Separate, Wall::Slip, Wall::Stick] {
-        let mut s = block(IVec3::new(9, 12, 11), 0.3, floor_walls(floor), soft());
-        let p = plan(&s, 0.25, 20, vec![]);
-        velocities(&mut s, |_| DVec3::new(0.004, -0.05, 0.002) * CELL / p.dt);
-        assert_close("impact", &Case { snapshot: s, plan: p }, 1e-6, 3e-6);
-    }
+    assert_all(common::impact());
 }
 
-/// A block that shears, turns and stretches unequally along all axes: every transposed product would show.
 #[test]
 fn asymmetric_deformation_agrees() {
-    let mut s = block(IVec3::new(8, 8, 8), 3.0, Walls::default(), soft());
-    let p = plan(&s, 0.25, 20, vec![]);
-    let centre = s.domain.to_grid(s.domain.corners().0) + DVec3::splat(10.0);
-    velocities(&mut s, |x| {
-        let r = x - centre;
-        DVec3::new(0.004 * r.y - 0.001 * r.z, 0.002 * r.x + 0.003 * r.z, -0.005 * r.y + 0.002 * r.z + 0.001 * r.x) * CELL / p.dt
-    });
-    let (ours, _) = assert_close("asymmetric", &Case { snapshot: s, plan: p }, 1e-6, 3e-6);
-    assert!(ours.angular_momentum.length() > 0.0);
+    assert_all(common::asymmetric_deformation());
 }
 
-/// Each solid tool with each contact, pressed into the block's top at 0.06 cells per substep while it slides.
 #[test]
 fn solid_tools_agree() {
-    let shapes = [
-        ToolShape::Sphere { radius: 3.2 * CELL },
-        ToolShape::Capsule { radius: 2.1 * CELL, half_length: 2.5 * CELL },
-        ToolShape::Box { half_size: DVec3::new(2.3, 1.7, 3.1) * CELL },
-    ];
-    for shape in shapes {
-        for contact in [Contact::Stick, Contact::Slip, SEPARATE] {
-            let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), ClayMaterial { softening: 0.4, ..soft() });
-            let mut p = plan(&s, 0.25, 20, vec![]);
-            let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.2, -0.9));
-            let top = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 8.0 + 1.5, 11.3);
-            p.tools = vec![moving(&s, &p, Tool { shape, contact }, top, top + DVec3::new(0.5, -1.2, 0.1), turn)];
-            assert_close(&format!("{shape:?} {contact:?}"), &Case { snapshot: s, plan: p }, 1e-6, 3e-6);
-        }
-    }
+    assert_all(common::solid_tools());
 }
 
-/// A blade that cuts in its own plane and one swept along its normal, with each contact. (No node lies on the blade's edge in any substep: there the
-/// last bit would decide.)
 #[test]
 fn blades_agree() {
-    for (name, step) in [("cut", DVec3::new(0.0, -3.0, 0.0)), ("sweep", DVec3::new(1.2, 0.0, 0.3))] {
-        for contact in [Contact::Stick, Contact::Slip, SEPARATE] {
-            let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
-            let mut p = plan(&s, 0.25, 20, vec![]);
-            let shape = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
-            let turn = DQuat::from_rotation_y(1.4);
-            let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 8.07, 11.3);
-            p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + step, turn)];
-            let (ours, _) = assert_close(name, &Case { snapshot: s, plan: p }, 2e-6, 6e-6);
-            assert!(ours.tools[0].tagged > 500, "{name}: {}", ours.tools[0].tagged);
-        }
-    }
+    assert_all(common::blades());
 }
 
-/// The two halves of a kept cut run into each other, slide along each other and part.
 #[test]
 fn kept_cut_agrees() {
-    for (name, v) in
-        [("close", DVec3::new(-0.03, 0.0, 0.02)), ("open", DVec3::new(0.03, 0.01, 0.0)), ("slide", DVec3::new(-0.002, 0.03, 0.0))]
-    {
-        let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), soft());
-        let p = plan(&s, 0.25, 20, vec![]);
-        let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 6.0, 11.0);
-        for q in &mut s.particles {
-            let side = (q.grid() - middle).dot(DVec3::new(1.0, 0.3, -0.2).normalize());
-            q.velocity = (v * side.signum() * CELL / p.dt).as_vec3().to_array();
-            // Tags reach 3 cells from the cut; it ends inside the block.
-            if side.abs() < 3.0 && q.grid().y > middle.y - 2.0 {
-                q.tags[0] = Tag { sheet: 1, side: if side < 0.0 { -1 } else { 1 } };
-            }
-        }
-        assert_close(name, &Case { snapshot: s, plan: p }, 2e-6, 6e-6);
-    }
+    assert_all(common::kept_cut());
 }
 
-/// Two runs give the same bits, on one thread and on two, through sorts, a wall, a ball and a blade.
+/// Two runs give the same bits, on one thread and on two.
 #[test]
 fn runs_are_bit_identical() {
-    let run = |threads: usize| {
-        let mut s = block(IVec3::new(16, 12, 16), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });
-        let mut p = plan(&s, 0.25, 60, vec![]);
-        velocities(&mut s, |_| DVec3::new(0.01, -0.05, 0.02) * CELL / p.dt);
-        let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(14.0, 13.0, 14.0);
-        let blade = Tool { shape: ToolShape::Blade { half_width: 0.1, half_height: 0.1 }, contact: SEPARATE };
-        let ball = Tool { shape: ToolShape::Sphere { radius: 0.04 }, contact: SEPARATE };
-        p.tools = vec![
-            moving(&s, &p, blade, at + DVec3::Y * 8.0, at - DVec3::Y * 2.0, DQuat::from_rotation_y(0.3)),
-            moving(&s, &p, ball, at + DVec3::new(-3.0, 3.0, 0.0), at + DVec3::new(-3.0, -3.0, 0.0), DQuat::IDENTITY),
-        ];
-        p.tools[1].id = 4;
-        let mut engine = NativeEngine::with_threads(threads);
-        engine.load(&s).expect("load");
-        for _ in 0..3 {
-            engine.submit(p.clone()).expect("submit");
-            let report = engine.wait().expect("report");
-            assert!(report.health.is_ok(), "{}", report.health);
-        }
-        engine.save().expect("save").to_bytes()
-    };
+    let run = |threads| common::run(&mut NativeEngine::with_threads(threads), &common::mixed(), 3);
     let one = run(1);
     assert!(one == run(2), "one thread against two");
     assert!(one == run(1), "two runs");

@@ -191,3 +191,22 @@ fn frames_join_without_a_seam() {
     let apart = run(1).iter().zip(&run(8)).map(|(a, b)| a.grid().distance(b.grid())).fold(0.0, f64::max);
     assert!(apart < 1e-4, "{apart} cells");
 }
+
+/// A frame queued behind one that is given up is given up too: it was planned for a state that never came. The next one runs.
+#[test]
+fn frame_behind_a_given_up_one_does_not_run() {
+    let material = Preset::SoftClay.material();
+    let particles = block(DVec3::new(4.0, 0.5, 4.0), IVec3::splat(4));
+    let start = snapshot(room([16; 3], Wall::Separate), material, particles);
+    let mut engine = NativeEngine::new();
+    engine.load(&start).expect("snapshot");
+    let good = StepLimits::default().plan(&start, 0.002, &[]);
+    let bad =
+        FramePlan { dt: 1000.0 * material.time_step_limit(start.domain.cell_width, material.density), steps: 20, ..good.clone() };
+    let mut run = |plans: &[&FramePlan]| {
+        plans.iter().for_each(|plan| engine.submit((*plan).clone()).expect("plan"));
+        plans.iter().map(|_| engine.wait().expect("report").health.contains(Health::GIVEN_UP)).collect::<Vec<_>>()
+    };
+    assert_eq!(run(&[&bad, &good]), [true, true]);
+    assert_eq!(run(&[&good, &good]), [false, false]);
+}

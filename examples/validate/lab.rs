@@ -4,6 +4,7 @@ use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Cell width of the cases [m]: not 1, so that a missing factor shows.
 pub(crate) const DX: f64 = 0.004;
@@ -145,10 +146,21 @@ impl Mover {
     }
 }
 
+/// The GPU engine that the cases run on, if it is not the native one.
+pub(crate) static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
+
+/// An engine without clay; the native one on `threads` cores, 0 for all.
+pub(crate) fn engine(threads: usize) -> Box<dyn Engine> {
+    match GPU.get() {
+        Some(first) => Box::new(first.lock().unwrap_or_else(PoisonError::into_inner).sibling()),
+        None => Box::new(NativeEngine::with_threads(threads)),
+    }
+}
+
 /// An engine with clay in it and the plan of its next frame.
 pub(crate) struct Lab {
     /// The engine.
-    pub(crate) engine: NativeEngine,
+    pub(crate) engine: Box<dyn Engine>,
     /// What the next frame is made from; `steps` and `tools` are filled in.
     pub(crate) plan: FramePlan,
 }
@@ -161,7 +173,7 @@ impl Lab {
 
     /// Loads `snapshot` into an engine on `threads` cores, 0 for all.
     pub(crate) fn with_threads(snapshot: &Snapshot, dt: f64, threads: usize) -> Self {
-        let mut engine = NativeEngine::with_threads(threads);
+        let mut engine = engine(threads);
         engine.load(snapshot).expect("the clay loads");
         let plan = FramePlan {
             id: 0,

@@ -1,6 +1,7 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
-//! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--json FILE] [--only SUBSTRING]`
+//! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--engine gpu]
+//! [--json FILE] [--only SUBSTRING]`
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
 //! worse or passes now. 2: bad arguments.
@@ -37,6 +38,9 @@ struct Args {
     /// Writes the rows to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// The engine that runs the cases.
+    #[arg(long, default_value = "native")]
+    engine: Kind,
     /// Runs only cases whose name contains SUBSTRING.
     #[arg(long, value_name = "SUBSTRING")]
     only: Option<String>,
@@ -51,6 +55,15 @@ enum Suite {
     Surface,
     /// Every suite.
     All,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    /// On the processor.
+    Native,
+    /// Compute passes on the default graphics adapter.
+    Gpu,
 }
 
 /// A group of rows computed together.
@@ -88,7 +101,7 @@ const CASES: &[Case] = &[
 struct Output<'a> {
     suite: Suite,
     quick: bool,
-    engine: &'static str,
+    engine: Kind,
     adapter: String,
     driver: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -124,6 +137,11 @@ fn run(args: &Args) -> Result<bool, String> {
             return Err(format!("--json {}: {} is not a folder", file.display(), folder.display()));
         }
     }
+    if args.engine == Kind::Gpu {
+        let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
+        lab::GPU.get_or_init(|| std::sync::Mutex::new(engine));
+    }
+    println!("{}", lab::engine(0).describe());
     let size = if args.quick { Size::Quick } else { Size::Full };
     let mut rows = vec![];
     let mut is_passed = true;
@@ -142,9 +160,9 @@ fn run(args: &Args) -> Result<bool, String> {
         let output = Output {
             suite: args.suite,
             quick: args.quick,
-            engine: "native",
+            engine: args.engine,
             adapter: processor(),
-            driver: NativeEngine::new().describe(),
+            driver: lab::engine(0).describe(),
             commit: commit(),
             rows: &rows,
         };

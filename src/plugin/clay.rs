@@ -1,155 +1,225 @@
-//! Clay as a component: an engine behind the seam, run from Bevy's clock, never waited for.
+//! What an app gives and gets: the clay, its settings, its status.
 
-use super::schedule::ClaySystems;
-use crate::sim::engine::{Engine, EngineError, FrameReport};
-use crate::sim::health::Health;
-use crate::sim::material::ClayMaterial;
-use crate::sim::native::NativeEngine;
-use crate::sim::plan::{InertiaScaling, StepLimits};
-use crate::sim::snapshot::Snapshot;
-use crate::sim::tool::{Pose, PoseSample, Tool, ToolPath};
+use super::engine::{ClayEngine, EngineStart};
+use super::show::{ClaySurface, Extraction};
+use crate::sim::engine::FrameReport;
+use crate::sim::material::{ClayMaterial, Preset};
+use crate::sim::params::{Domain, WALL_NODE, Walls};
+use crate::sim::plan::InertiaScaling;
+use crate::sim::snapshot::{Particle, Snapshot};
 use bevy::ecs::component::{Mutable, StorageType};
-use bevy::platform::cell::SyncCell;
+use bevy::ecs::lifecycle::HookContext;
+use bevy::ecs::world::DeferredWorld;
 use bevy::prelude::*;
-use glam::DVec3;
-use std::collections::HashMap;
-
-/// The longest frame that is planned [s]: what an app falls behind by more is given up, so that a slow machine shows slow motion.
-pub const FRAME_MAX: f64 = 1.0 / 30.0;
-/// Frames that may be under way. The plan of frame n is made from the report of frame n - 2.
-pub const FRAMES_UNDER_WAY: usize = 2;
+use glam::{DVec3, IVec3};
+use std::sync::{Arc, OnceLock};
 
 impl Component for ClayMaterial {
     const STORAGE_TYPE: StorageType = StorageType::Table;
     type Mutability = Mutable;
 }
 
-/// A piece of clay: an engine and what is planned for it. A [`ClayMaterial`] beside it replaces the snapshot's from the next frame on.
-#[derive(Component)]
+/// What a piece of clay starts from. The plugin starts an engine for each new or replaced `Clay`, away from the main thread; a replaced one stands
+/// until the next is ready.
+///
+/// Beside it belongs a [`ClayMaterial`], which the clay is made of from the next frame on; without one the snapshot's is inserted. The entity's
+/// [`Transform`] places, turns and uniformly scales the clay; particles, walls, gravity and forces are in the entity's own frame.
+///
+/// The default is a cube of 4 cm of soft clay with cells of 2 mm, standing on a floor.
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(Component, Default)]
+#[require(ClaySettings, ClayStatus, EngineStart, Extraction, Transform, Visibility)]
+#[component(on_insert = insert_material, on_remove = remove_engine)]
 pub struct Clay {
-    /// Gravity, step fraction and inertia scaling (while a tool moves); `speed` is set by the plugin.
-    pub limits: StepLimits,
-    engine: SyncCell<Box<dyn Engine>>,
-    cell_width: f64,
-    material: ClayMaterial,
-    /// Greatest speed [m/s] at the end of frames n and n - 1, by the parity of their ids, with what gravity adds in a frame.
-    speeds: [f64; 2],
-    /// Whether a tool engaged supported clay in these frames.
-    engaged: [bool; 2],
-    next_id: u64,
-    owed: f64,
-    given_up: f64,
-    /// Where each tool was at the end of the last plan.
-    poses: HashMap<Entity, Pose>,
-    logged: Health,
-    error: Option<EngineError>,
+    #[reflect(ignore, default = "cube")]
+    snapshot: Arc<Snapshot>,
 }
 
 impl Clay {
-    /// Clay on the CPU engine, from a snapshot.
-    ///
-    /// # Errors
-    /// A snapshot that the engine cannot use.
-    pub fn new(snapshot: &Snapshot) -> Result<Self, EngineError> {
-        Self::with_engine(Box::new(NativeEngine::new()), snapshot)
+    /// Clay that starts from `snapshot`.
+    pub fn new(snapshot: Snapshot) -> Self {
+        Self { snapshot: Arc::new(snapshot) }
     }
 
-    /// Clay on an engine of the caller's choice.
-    ///
-    /// # Errors
-    /// A snapshot that the engine cannot use.
-    pub fn with_engine(mut engine: Box<dyn Engine>, snapshot: &Snapshot) -> Result<Self, EngineError> {
-        engine.load(snapshot)?;
-        let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
-        Ok(Self {
-            limits: StepLimits::default(),
-            engine: SyncCell::new(engine),
-            cell_width: snapshot.domain.cell_width,
-            material: snapshot.material,
-            speeds: [speed; 2],
-            engaged: [false; 2],
-            next_id: 0,
-            owed: 0.0,
-            given_up: 0.0,
-            poses: HashMap::new(),
-            logged: Health::OK,
-            error: None,
-        })
+    /// What the clay started from.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.snapshot
     }
 
-    /// The engine, for its surface and its state. Plans submitted past the plugin confuse it.
-    pub fn engine(&mut self) -> &mut dyn Engine {
-        self.engine.get().as_mut()
-    }
-
-    /// Time of the app's clock [s] that the clay did not follow because the engine was busy.
-    pub fn given_up(&self) -> f64 {
-        self.given_up
-    }
-
-    /// Why the clay stands still: the engine refused the last plan (a parameter of the material or a tool; the clay goes on when that is
-    /// mended) or stopped.
-    pub fn error(&self) -> Option<&EngineError> {
-        self.error.as_ref()
-    }
-
-    /// Whether the engine is gone, and with it any hope of a next frame.
-    fn is_stopped(&self) -> bool {
-        self.error.as_ref().is_some_and(|e| !matches!(e, EngineError::Params(_)))
-    }
-
-    /// A path from where the tool was at the end of the last plan to where it is now.
-    fn path(&mut self, entity: Entity, tool: &SculptTool, duration: f64) -> ToolPath {
-        let from = self.poses.insert(entity, tool.pose).unwrap_or(tool.pose);
-        let samples = [(0.0, from), (duration, tool.pose)].map(|(time, pose)| PoseSample { time, pose });
-        ToolPath { id: tool.id, tool: tool.tool, samples: samples.to_vec() }
-    }
-
-    /// Submits a frame of the time owed, if there is any and the engine takes one.
-    fn step(&mut self, delta: f64, tools: &Query<(Entity, &SculptTool)>) -> Result<(), EngineError> {
-        // A tool taken away and put down elsewhere does not sweep from where it was.
-        self.poses.retain(|entity, _| tools.contains(*entity));
-        self.owed += delta;
-        self.given_up += (self.owed - FRAME_MAX).max(0.0);
-        self.owed = self.owed.min(FRAME_MAX);
-        if self.owed <= 0.0 || self.engine().pending() >= FRAMES_UNDER_WAY {
-            return Ok(());
-        }
-        let duration = std::mem::take(&mut self.owed);
-        let mut tools: Vec<_> = tools.iter().collect();
-        tools.sort_by_key(|(_, tool)| tool.id);
-        let paths: Vec<_> = tools.into_iter().map(|(entity, tool)| self.path(entity, tool, duration)).collect();
-        let slot = usize::from(self.next_id % 2 == 1);
-        let inertia = if self.engaged[slot] { self.limits.inertia } else { InertiaScaling::Off };
-        let limits = StepLimits { speed: self.speeds[slot], inertia, ..self.limits };
-        let mut plan = limits.frame(&self.material, self.cell_width, duration, &paths);
-        plan.id = self.next_id;
-        self.engine().submit(plan)?;
-        self.next_id += 1;
-        self.error = None;
-        Ok(())
-    }
-
-    /// Takes what a report says about the speed of the clay.
-    fn note(&mut self, report: &FrameReport) {
-        let slot = usize::from(report.plan_id % 2 == 1);
-        // The frame between this one and the one planned from it is not longer than the longest.
-        let speed = report.speed(self.cell_width) + self.limits.gravity.length() * FRAME_MAX;
-        // A frame given up says nothing of the speed; the clay stands as before it.
-        self.speeds[slot] = if report.health.contains(Health::GIVEN_UP) { self.speeds[slot].max(speed) } else { speed };
-        self.engaged[slot] = report.is_engaged();
+    /// The snapshot itself, shared: its address tells one start from another.
+    pub(super) fn shared(&self) -> &Arc<Snapshot> {
+        &self.snapshot
     }
 }
 
-/// A tool that acts on every clay of the app. Its way from one frame's pose to the next is swept, never jumped.
-#[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub struct SculptTool {
-    /// Names the tool in reports; a blade's sheet id is its low byte.
-    pub id: u32,
-    /// Shape and contact.
-    pub tool: Tool,
-    /// Where the tool is now [m].
-    pub pose: Pose,
+impl Default for Clay {
+    fn default() -> Self {
+        Self { snapshot: cube() }
+    }
+}
+
+/// The cube of [`Clay::default`]; made once, as reflection asks for it often.
+fn cube() -> Arc<Snapshot> {
+    const CELL: f64 = 0.002;
+    const PER_EDGE: u32 = 40;
+    static CUBE: OnceLock<Arc<Snapshot>> = OnceLock::new();
+    let make = || {
+        let cells = IVec3::new(60, 40, 60);
+        let low = DVec3::new(-0.06, 0.0, -0.06);
+        let origin = low - CELL * f64::from(WALL_NODE);
+        let domain = Domain { origin, cell_width: CELL, cells, walls: Walls::default() };
+        let corner = domain.to_grid(DVec3::new(-0.02, 0.0, -0.02));
+        let particle = |id: u32| {
+            let (x, y, z) = (id % PER_EDGE, id / PER_EDGE % PER_EDGE, id / (PER_EDGE * PER_EDGE));
+            let place = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * 0.5 + 0.25;
+            #[expect(clippy::cast_possible_truncation, reason = "particles are f32")]
+            Particle::at(corner + place, (CELL.powi(3) / 8.0) as f32, id)
+        };
+        let particles = (0..PER_EDGE.pow(3)).map(particle).collect();
+        Arc::new(Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles })
+    };
+    CUBE.get_or_init(make).clone()
+}
+
+/// Puts the snapshot's material beside a [`Clay`] that has none.
+fn insert_material(mut world: DeferredWorld, context: HookContext) {
+    if world.get::<ClayMaterial>(context.entity).is_none()
+        && let Some(clay) = world.get::<Clay>(context.entity)
+    {
+        let material = clay.snapshot.material;
+        world.commands().entity(context.entity).insert(material);
+    }
+}
+
+/// Ends what runs for a [`Clay`] that goes.
+fn remove_engine(mut world: DeferredWorld, context: HookContext) {
+    world.commands().entity(context.entity).try_remove::<(ClayEngine, EngineStart, Extraction, ClaySurface)>();
+}
+
+/// Which engine runs the clay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default)]
+pub enum EngineChoice {
+    /// The GPU engine where the app renders on a hardware adapter, the CPU engine elsewhere.
+    #[default]
+    Auto,
+    /// The CPU engine.
+    Native,
+    /// The GPU engine on the app's own device, software adapters included; the CPU engine where that cannot be, with a line that says so.
+    Gpu,
+}
+
+/// How the clay is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default)]
+pub enum MeshQuality {
+    /// Not at all: for apps that draw it themselves.
+    Off,
+    /// Surface nodes every cell: about a quarter of the triangles.
+    Coarse,
+    /// Surface nodes every half cell.
+    #[default]
+    Fine,
+}
+
+/// How the clay is run and shown; may change at any time.
+#[derive(Component, Clone, Debug, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct ClaySettings {
+    /// The engine. A change moves the clay over as it stands.
+    pub engine: EngineChoice,
+    /// Gravity [m/s^2] in the clay's own frame.
+    pub gravity: DVec3,
+    /// How far inertia may be scaled while a tool engages supported clay.
+    pub inertia: InertiaScaling,
+    /// Whether frames are no longer than what the engine runs in the time of one of the app's, so that clay that is too much for the machine still answers
+    /// a tool at once. Without it frames follow the clock alone, and a run repeats if the clock does.
+    pub is_responsive: bool,
+    /// Whether the clay's time stands still. Tools then move without touching it.
+    pub is_paused: bool,
+    /// How the clay is shown.
+    pub mesh: MeshQuality,
+    /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less keeps only the start.
+    pub snapshot_interval: f32,
+}
+
+impl Default for ClaySettings {
+    fn default() -> Self {
+        Self {
+            engine: EngineChoice::Auto,
+            gravity: DVec3::new(0.0, -9.81, 0.0),
+            inertia: InertiaScaling::Off,
+            is_responsive: true,
+            is_paused: false,
+            mesh: MeshQuality::Fine,
+            snapshot_interval: 1.0,
+        }
+    }
+}
+
+/// Milliseconds per part of the last frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
+#[reflect(Default)]
+pub struct PassTimes {
+    /// Sorting particles into blocks.
+    pub rebin: f64,
+    /// Node sums and grid update.
+    pub grid: f64,
+    /// Gather, clay law and scatter.
+    pub particles: f64,
+    /// Copies and statistics at the frame's end.
+    pub report: f64,
+}
+
+/// How the clay is doing. Written by the plugin, for apps to read.
+#[derive(Component, Clone, Debug, Default, Reflect)]
+#[reflect(Component, Default)]
+pub struct ClayStatus {
+    /// The engine and what it runs on; empty until the first one has started.
+    pub engine: String,
+    /// What is wrong, by name: a parameter the engine refused (the clay stands until that is mended), or what became of an engine.
+    pub error: Option<String>,
+    /// Particles in motion.
+    pub particle_count: usize,
+    /// Cell width [m].
+    pub cell_width: f64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// Simulated time per wall time over the last second or so.
+    pub rate: f64,
+    /// Time of the app's clock [s] that the clay did not follow because the engine was busy.
+    pub given_up: f64,
+    /// Substeps of the last frame.
+    pub substeps: u32,
+    /// Wall time of the last frame [ms].
+    pub frame_ms: f64,
+    /// Its parts.
+    pub pass_ms: PassTimes,
+    /// Wall time [ms] of the last surface, on another thread.
+    pub mesh_ms: f64,
+    /// Triangles shown.
+    pub triangle_count: usize,
+    /// Longest time [ms] that a system of the plugin held the main thread in the last second.
+    pub main_thread_ms: f64,
+    /// Volume of the clay [m^3].
+    pub volume: f64,
+    /// What went wrong in the last frame; `ok` if nothing did.
+    pub health: String,
+}
+
+impl ClayStatus {
+    /// Takes what a report says.
+    pub(super) fn note(&mut self, report: &FrameReport) {
+        let ms = |seconds: f64| seconds * 1e3;
+        let t = &report.timings;
+        self.particle_count = report.particle_count;
+        self.time = report.time;
+        self.substeps = report.steps;
+        self.frame_ms = ms(t.total);
+        self.pass_ms = PassTimes { rebin: ms(t.rebin), grid: ms(t.grid), particles: ms(t.particles), report: ms(t.report) };
+        self.volume = report.volume;
+        self.health = report.health.to_string();
+    }
 }
 
 /// A frame of clay has ended.
@@ -157,59 +227,6 @@ pub struct SculptTool {
 pub struct ClayReport {
     /// The entity with the [`Clay`].
     pub clay: Entity,
-    /// What came of the frame: forces on tools, energies, health, timings.
+    /// What came of the frame, in the clay's own frame: forces on tools, energies, health, timings.
     pub report: FrameReport,
-}
-
-/// Runs the clay.
-pub(super) struct StepPlugin;
-
-impl Plugin for StepPlugin {
-    fn build(&self, app: &mut App) {
-        app.add_message::<ClayReport>().add_systems(Update, (report.in_set(ClaySystems::Report), step.in_set(ClaySystems::Step)));
-    }
-}
-
-/// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
-fn report(mut clays: Query<(Entity, &mut Clay)>, mut reports: MessageWriter<ClayReport>) {
-    for (entity, mut clay) in &mut clays {
-        while !clay.is_stopped() {
-            match clay.engine().poll() {
-                Ok(Some(report)) => {
-                    clay.note(&report);
-                    let news = report.health.without(clay.logged);
-                    if !news.is_ok() {
-                        warn!("clay {entity}, frame {}: {news}", report.plan_id);
-                        clay.logged.insert(news);
-                    }
-                    reports.write(ClayReport { clay: entity, report });
-                }
-                Ok(None) => break,
-                Err(error) => stop(entity, &mut clay, error),
-            }
-        }
-    }
-}
-
-/// Plans a frame for each clay. Never waits.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-fn step(time: Res<Time>, mut clays: Query<(Entity, &mut Clay, Option<&ClayMaterial>)>, tools: Query<(Entity, &SculptTool)>) {
-    for (entity, mut clay, material) in &mut clays {
-        if let Some(material) = material {
-            clay.material = *material;
-        }
-        if !clay.is_stopped()
-            && let Err(error) = clay.step(time.delta_secs_f64(), &tools)
-        {
-            stop(entity, &mut clay, error);
-        }
-    }
-}
-
-/// Leaves the clay as it stands and says why, once for each reason.
-fn stop(entity: Entity, clay: &mut Clay, error: EngineError) {
-    if clay.error.as_ref() != Some(&error) {
-        error!("clay {entity} stands still: {error}");
-    }
-    clay.error = Some(error);
 }

@@ -1,9 +1,19 @@
-//! Clay in a Bevy app: Bevy's clock and entities go in, frame plans go to the engine, reports come out as messages.
+//! Clay in a Bevy app: Bevy's clock and entities go in, frame plans go to the engine, reports and meshes come out.
 //!
-//! | file         | takes                               | makes                                          |
-//! |--------------|-------------------------------------|------------------------------------------------|
-//! | [`schedule`] | -                                   | [`ClaySystems`](schedule::ClaySystems), in run order |
-//! | [`clay`]     | snapshots, clock, tool poses        | frame plans, [`ClayReport`](clay::ClayReport)  |
+//! | file         | takes                               | makes                                                              |
+//! |--------------|-------------------------------------|--------------------------------------------------------------------|
+//! | [`schedule`] | -                                   | [`ClaySystems`](schedule::ClaySystems), in run order               |
+//! | [`clay`]     | what an app gives and gets          | [`Clay`](clay::Clay), its settings, status and reports             |
+//! | [`engine`]   | snapshots, settings                 | [`ClayEngine`](engine::ClayEngine), started away from the main thread |
+//! | `gpu`        | GPU engines                         | their passes in the app's render graph                             |
+//! | [`recover`]  | errors of the graphics device       | an app that goes on                                                |
+//! | `report`     | frames that have ended              | [`ClayReport`](clay::ClayReport), [`ClayStatus`](clay::ClayStatus) |
+//! | [`tool`]     | [`SculptTool`](tool::SculptTool)    | ways, swept                                                        |
+//! | [`step`]     | clock, ways, material               | frame plans                                                        |
+//! | [`show`]     | surface particles                   | the mesh, made away from the main thread                           |
+//! | [`diagnostics`] | status                           | Bevy diagnostics under `clay/`                                     |
+//! | `held`       | the plugin's own systems            | how long they hold the main thread                                 |
+//! | `reflect`    | the solver's types                  | their reflection                                                   |
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -11,32 +21,54 @@
 //!
 //! fn spawn_clay(mut commands: Commands) -> Result {
 //!     let scene = Scene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004)")?;
-//!     let snapshot = scene.build(std::path::Path::new("."))?.snapshot;
-//!     commands.spawn((Clay::new(&snapshot)?, snapshot.material));
+//!     commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
 //!     Ok(())
 //! }
 //!
-//! App::new().add_plugins((MinimalPlugins, ClayPlugins)).add_systems(Startup, spawn_clay).run();
+//! App::new().add_plugins((DefaultPlugins, ClayPlugins)).add_systems(Startup, spawn_clay).run();
 //! ```
 
 pub mod clay;
+pub mod diagnostics;
+pub mod engine;
+mod gpu;
+mod held;
+pub mod recover;
+mod reflect;
+mod report;
 pub mod schedule;
+pub mod show;
+pub mod step;
+pub mod tool;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 /// What most programs need.
 pub mod prelude {
     pub use super::ClayPlugins;
-    pub use super::clay::{Clay, ClayReport, SculptTool};
+    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes};
+    pub use super::engine::ClayEngine;
     pub use super::schedule::ClaySystems;
+    pub use super::show::ClaySurface;
+    pub use super::tool::SculptTool;
 }
 
-/// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin`, which `MinimalPlugins` and `DefaultPlugins` hold.
+/// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which `MinimalPlugins` and `DefaultPlugins` hold; shows
+/// meshes where the app has them, with standard materials where it has those.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClayPlugins;
 
 impl PluginGroup for ClayPlugins {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>().add(schedule::SchedulePlugin).add(clay::StepPlugin)
+        PluginGroupBuilder::start::<Self>()
+            .add(schedule::SchedulePlugin)
+            .add(reflect::ReflectPlugin)
+            .add(engine::EnginePlugin)
+            .add(gpu::GpuPlugin)
+            .add(recover::RecoverPlugin)
+            .add(report::ReportPlugin)
+            .add(step::StepPlugin)
+            .add(show::ShowPlugin)
+            .add(diagnostics::DiagnosticsPlugin)
     }
 }

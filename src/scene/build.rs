@@ -87,15 +87,15 @@ fn particles_per_edge(particles_per_cell: u32) -> u32 {
 }
 
 /// What a resolution costs.
-struct Cost {
-    particles: f64,
-    cells: f64,
-    lattice: f64,
-    edge: f64,
+pub(super) struct Cost {
+    pub particles: f64,
+    pub cells: f64,
+    pub lattice: f64,
+    pub edge: f64,
 }
 
 impl Cost {
-    fn bytes(&self) -> f64 {
+    pub(super) fn bytes(&self) -> f64 {
         self.particles * PARTICLE_COPIES * size_of::<Particle>() as f64 + self.cells * CELL_BYTES + self.lattice * LATTICE_BYTES
     }
 }

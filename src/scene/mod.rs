@@ -12,6 +12,7 @@
 //! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
+//! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
@@ -19,6 +20,7 @@ pub mod error;
 pub mod file;
 pub mod fill;
 pub mod import;
+pub mod resample;
 pub mod solid;
 pub mod track;
 pub mod winding;
@@ -33,5 +35,6 @@ pub mod prelude {
     pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
+    pub use super::resample::resample;
     pub use super::track::{Keyframe, Rotation, ToolTrack};
 }

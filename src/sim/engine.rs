@@ -3,6 +3,7 @@
 //! A plan is data, so a run can be recorded and replayed bit for bit. An engine runs plans in the order given; `poll` hands back one
 //! report per plan. `surface` and `save` speak of the state at the end of the frame that the last report was about.
 
+use super::gpu::GpuError;
 use super::health::Health;
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
@@ -265,6 +266,9 @@ pub struct SurfaceSource {
     pub particles: Arc<Vec<SurfaceParticle>>,
 }
 
+/// A result whose making is left to the thread that calls it.
+pub type Deferred<T> = Box<dyn FnOnce() -> T + Send>;
+
 /// Why an engine refused a call.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EngineError {
@@ -277,7 +281,10 @@ pub enum EngineError {
     /// As many plans are under way as the engine takes.
     #[error("{0} frames are under way already; poll first")]
     Busy(usize),
-    /// The engine's thread ended.
+    /// The graphics device cannot run this clay.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The engine's thread ended, or its device is lost.
     #[error("the engine stopped: {0}")]
     Stopped(String),
 }
@@ -293,7 +300,8 @@ pub trait Engine: Send {
     /// A domain or material that cannot be used, or more memory than there is.
     fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError>;
 
-    /// Queues a frame. At most two frames are under way: the plan of frame n is made from the report of frame n - 2.
+    /// Queues a frame. At most two frames are under way: the plan of frame n is made from the report of frame n - 2. A frame queued before the
+    /// report of a frame that was given up has been handed out is given up with it: it was planned for a state that never came.
     ///
     /// # Errors
     /// A plan that cannot be run, two frames under way, or nothing loaded.
@@ -313,6 +321,21 @@ pub trait Engine: Send {
     /// # Errors
     /// Nothing is loaded.
     fn save(&self) -> Result<Snapshot, EngineError>;
+
+    /// [`Self::surface`] as of now, with what costs time left to the thread that calls it: for frame loops.
+    fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
+        let source = self.surface()?;
+        Some(Box::new(move || source))
+    }
+
+    /// [`Self::save`] as of now, with what costs time left to the thread that calls it: for frame loops.
+    ///
+    /// # Errors
+    /// As [`Self::save`].
+    fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+        let snapshot = self.save()?;
+        Ok(Box::new(move || snapshot))
+    }
 
     /// Frames under way.
     fn pending(&self) -> usize;

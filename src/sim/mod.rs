@@ -53,9 +53,11 @@
 //!    `[0.05^2, 20^2]` and counted.
 //!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
-//! state, [`plan`] chooses steps, [`engine`] is the seam, [`native`] the CPU engine, [`oracle`] the readable f64 judge of both.
+//! state, [`plan`] chooses steps, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
+mod admit;
 pub mod engine;
+pub mod gpu;
 pub mod health;
 pub mod material;
 pub mod native;
@@ -63,11 +65,15 @@ pub mod oracle;
 pub mod params;
 pub mod plan;
 pub mod snapshot;
+mod sums;
 pub mod tool;
+#[doc(hidden)]
+pub mod trace;
 
 /// What most programs need.
 pub mod prelude {
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
+    pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
     pub use super::material::{ClayMaterial, Preset};
     pub use super::native::NativeEngine;

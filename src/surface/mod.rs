@@ -50,6 +50,5 @@ pub mod prelude {
     pub use super::check::MeshCheck;
     pub use super::extract::extract;
     pub use super::field::{SurfaceSettings, Tier};
-    pub use super::mesh::Mesh;
     pub use super::weld::{Repairs, print_ready};
 }

@@ -23,8 +23,10 @@ mod state;
 mod stats;
 mod tags;
 
-use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
-use super::params::{BLOCK, CELLS_MAX, Domain, PADDING, ParamsError};
+use super::admit::admit;
+use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
+use super::health::Health;
+use super::params::Domain;
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
 use solver::{FrameState, Solver};
@@ -44,11 +46,26 @@ pub struct NativeEngine {
 
 struct Loaded {
     domain: Domain,
-    plans: Sender<FramePlan>,
-    done: Receiver<(FrameReport, Arc<FrameState>)>,
+    plans: Sender<Order>,
+    done: Receiver<Ended>,
     stop: Arc<AtomicBool>,
     pending: usize,
     latest: Arc<FrameState>,
+    /// Failures among the reports handed out.
+    failures: u64,
+}
+
+/// A plan, and how many failures were known when it was made.
+struct Order {
+    plan: FramePlan,
+    failures: u64,
+}
+
+/// A frame that ended, and how many had failed by then.
+struct Ended {
+    report: FrameReport,
+    state: Arc<FrameState>,
+    failures: u64,
 }
 
 impl Drop for Loaded {
@@ -80,43 +97,17 @@ impl NativeEngine {
     }
 }
 
-/// Checks what a snapshot's numbers have to be for the engine's indices to hold; returns the particles in motion and the ids of those not finite.
-fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), ParamsError> {
-    snapshot.material.validate()?;
-    let d = &snapshot.domain;
-    let fits = |c: i32| c >= BLOCK && c % BLOCK == 0 && c <= CELLS_MAX - PADDING;
-    if !(d.cell_width.is_finite() && d.cell_width > 0.0 && d.origin.is_finite() && d.cells.to_array().into_iter().all(fits)) {
-        let reason = format!("cells must be multiples of {BLOCK} up to {}, the cell width positive", CELLS_MAX - PADDING);
-        return Err(ParamsError::new("domain", format!("{} cells of {} m", d.cells, d.cell_width), reason));
+/// What the surface needs of a particle.
+#[expect(clippy::cast_possible_truncation, reason = "the surface is f32")]
+fn surface_particle((hot, cold): (&state::Hot, &state::Cold)) -> SurfaceParticle {
+    let cell = unpack_cell(hot.cell);
+    let [first, second] = cold.tags;
+    SurfaceParticle {
+        position: std::array::from_fn(|d| cell[d] as f32 + hot.offset[d]),
+        volume_ratio: Particle { elastic_strain: hot.strain, ..Particle::default() }.volume_ratio() as f32,
+        density_weight: hot.mass / 8.0,
+        tags: u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()]),
     }
-    let (low, high) = d.wall_nodes();
-    let (mut moving, mut quarantined) = (Vec::with_capacity(snapshot.particles.len()), vec![]);
-    for p in &snapshot.particles {
-        if !p.is_finite() {
-            quarantined.push(p.id);
-            continue;
-        }
-        let x = p.grid();
-        if !(x.cmpge(low.as_dvec3()).all() && x.cmple(high.as_dvec3()).all()) {
-            let world = d.to_world(x);
-            return Err(ParamsError::new(
-                "particle position",
-                format!("{world} (id {})", p.id),
-                "must lie between the domain's walls",
-            ));
-        }
-        if p.rest_volume <= 0.0 {
-            return Err(ParamsError::new("rest_volume", format!("{} (id {})", p.rest_volume, p.id), "must be positive"));
-        }
-        // Cell and offset as the sort needs them, and sides that are signs, whoever made the snapshot.
-        let mut p = *p;
-        if p.offset.iter().any(|o| !(0.0..=1.0).contains(o)) {
-            p.set_grid(x);
-        }
-        p.tags.iter_mut().for_each(|t| t.side = t.side.signum());
-        moving.push(p);
-    }
-    Ok((moving, quarantined))
 }
 
 impl Engine for NativeEngine {
@@ -132,22 +123,30 @@ impl Engine for NativeEngine {
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| EngineError::Stopped(e.to_string()))?;
         let (hot, cold) = state::convert(&snapshot.domain, &particles);
         let latest = Arc::new(FrameState { hot, cold, time: snapshot.time, material: snapshot.material });
-        let (plans, todo) = channel::<FramePlan>();
+        let (plans, todo) = channel::<Order>();
         let (finished, done) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let (domain, material, time, stopped) = (snapshot.domain, snapshot.material, snapshot.time, stop.clone());
         let run = move || {
             let mut solver = pool.install(|| Solver::new(domain, material, time, &particles, quarantined));
             drop(particles);
-            while let Ok(plan) = todo.recv() {
-                let Some(report) = pool.install(|| solver.run(&plan, &stopped)) else { return };
-                if finished.send((report, solver.frame_state())).is_err() {
+            let mut failures = 0;
+            while let Ok(order) = todo.recv() {
+                // A plan for a state that never came would let its tools jump over the frame that failed.
+                let report = if order.failures < failures {
+                    solver.give_up(&order.plan)
+                } else {
+                    let Some(report) = pool.install(|| solver.run(&order.plan, &stopped)) else { return };
+                    failures += u64::from(report.health.contains(Health::GIVEN_UP));
+                    report
+                };
+                if finished.send(Ended { report, state: solver.frame_state(), failures }).is_err() {
                     return;
                 }
             }
         };
         std::thread::Builder::new().name("clay".into()).spawn(run).map_err(|e| EngineError::Stopped(e.to_string()))?;
-        self.loaded = Some(Loaded { domain, plans, done, stop, pending: 0, latest });
+        self.loaded = Some(Loaded { domain, plans, done, stop, pending: 0, latest, failures: 0 });
         Ok(())
     }
 
@@ -157,7 +156,8 @@ impl Engine for NativeEngine {
         if loaded.pending >= PENDING_MAX {
             return Err(EngineError::Busy(loaded.pending));
         }
-        loaded.plans.send(plan).map_err(|_| EngineError::Stopped("its thread has ended".into()))?;
+        let order = Order { plan, failures: loaded.failures };
+        loaded.plans.send(order).map_err(|_| EngineError::Stopped("its thread has ended".into()))?;
         loaded.pending += 1;
         Ok(())
     }
@@ -165,43 +165,41 @@ impl Engine for NativeEngine {
     fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
         let loaded = self.loaded()?;
         match loaded.done.try_recv() {
-            Ok((report, state)) => {
+            Ok(ended) => {
                 loaded.pending -= 1;
-                loaded.latest = state;
-                Ok(Some(report))
+                loaded.latest = ended.state;
+                loaded.failures = ended.failures;
+                Ok(Some(ended.report))
             }
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => Err(EngineError::Stopped("its thread has ended".into())),
         }
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "the surface is f32")]
     fn surface(&self) -> Option<SurfaceSource> {
-        let loaded = self.loaded.as_ref()?;
-        let state = &loaded.latest;
-        let point = |(h, c): (&state::Hot, &state::Cold)| {
-            let cell = unpack_cell(h.cell);
-            SurfaceParticle {
-                position: std::array::from_fn(|d| cell[d] as f32 + h.offset[d]),
-                volume_ratio: Particle { elastic_strain: h.strain, ..Particle::default() }.volume_ratio() as f32,
-                density_weight: h.mass / 8.0,
-                tags: u32::from_le_bytes([
-                    c.tags[0].sheet,
-                    c.tags[0].side.cast_unsigned(),
-                    c.tags[1].sheet,
-                    c.tags[1].side.cast_unsigned(),
-                ]),
-            }
-        };
-        let particles = state.hot.par_iter().zip(&state.cold).map(point).collect();
-        Some(SurfaceSource { domain: loaded.domain, particles: Arc::new(particles) })
+        self.surface_deferred().map(|make| make())
     }
 
     fn save(&self) -> Result<Snapshot, EngineError> {
+        self.save_deferred().map(|make| make())
+    }
+
+    fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
+        let loaded = self.loaded.as_ref()?;
+        let (state, domain) = (loaded.latest.clone(), loaded.domain);
+        Some(Box::new(move || {
+            let particles = state.hot.par_iter().zip(&state.cold).map(surface_particle).collect();
+            SurfaceSource { domain, particles: Arc::new(particles) }
+        }))
+    }
+
+    fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
         let loaded = self.loaded.as_ref().ok_or(EngineError::NotLoaded)?;
-        let state = &loaded.latest;
-        let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
-        Ok(Snapshot { domain: loaded.domain, material: state.material, time: state.time, particles })
+        let (state, domain) = (loaded.latest.clone(), loaded.domain);
+        Ok(Box::new(move || {
+            let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
+            Snapshot { domain, material: state.material, time: state.time, particles }
+        }))
     }
 
     fn pending(&self) -> usize {

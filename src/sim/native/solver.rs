@@ -5,6 +5,7 @@ use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
+use super::super::sums::{ParticleSums, judge};
 use super::contact::ToolNow;
 use super::grid::{Grid, GridReport, GridStep, Tiles};
 use super::kernel::{self, Step};
@@ -12,7 +13,7 @@ use super::law::Law;
 use super::passes::{self, ParticleStep};
 use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
-use super::stats::Stats;
+use super::stats::sums;
 use super::tags::TagReport;
 use glam::DVec3;
 use std::sync::Arc;
@@ -43,7 +44,7 @@ pub(super) struct Solver {
     grid: Grid,
     /// Bound on how far any particle has strayed from its cell since the last sort [cells].
     travel: f32,
-    stats: Stats,
+    sums: ParticleSums,
     quarantined: Vec<u32>,
     start: Arc<FrameState>,
     fma: bool,
@@ -94,9 +95,9 @@ impl Solver {
     pub(super) fn new(domain: Domain, material: ClayMaterial, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
         let state = State::new(&domain, particles);
         let tiles = Tiles { table: state.table.clone(), untagged: vec![], side_slot: vec![], sides: vec![] };
-        let stats = Stats::of(&domain, &state.hot, &state.cold);
+        let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
-        Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, stats, quarantined, start, fma: kernel::has_fma() }
+        Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, sums, quarantined, start, fma: kernel::has_fma() }
     }
 
     /// The clay at the end of the last frame.
@@ -113,9 +114,9 @@ impl Solver {
             let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
             match self.attempt(plan, dt, steps, stop) {
                 Ok(tally) => {
-                    let stats = Stats::of(&self.domain, &self.state.hot, &self.state.cold);
-                    if stats.is_finite() {
-                        return Some(self.report(plan, &tally, stats, health, redone, dt, steps, began));
+                    let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
+                    if sums.is_finite() {
+                        return Some(self.report(plan, &tally, sums, health, redone, dt, steps, began));
                     }
                     health.insert(Health::NON_FINITE);
                     self.restore();
@@ -128,8 +129,13 @@ impl Solver {
             }
         }
         health.insert(Health::GIVEN_UP);
-        let stats = self.stats.clone();
-        Some(self.report(plan, &Tally::default(), stats, health, REDO_MAX, plan.dt, 0, began))
+        let sums = self.sums.clone();
+        Some(self.report(plan, &Tally::default(), sums, health, REDO_MAX, plan.dt, 0, began))
+    }
+
+    /// Gives a frame up without trying.
+    pub(super) fn give_up(&mut self, plan: &FramePlan) -> FrameReport {
+        self.report(plan, &Tally::default(), self.sums.clone(), Health::GIVEN_UP, 0, plan.dt, 0, Instant::now())
     }
 
     /// The substep loop.
@@ -267,8 +273,8 @@ impl Solver {
         &mut self,
         plan: &FramePlan,
         tally: &Tally,
-        stats: Stats,
-        mut health: Health,
+        sums: ParticleSums,
+        health: Health,
         redone: u32,
         dt: f64,
         steps: u32,
@@ -276,7 +282,7 @@ impl Solver {
     ) -> FrameReport {
         let ended = Instant::now();
         self.time += dt * f64::from(steps);
-        let before = std::mem::replace(&mut self.stats, stats);
+        let before = std::mem::replace(&mut self.sums, sums);
         self.start = Arc::new(FrameState {
             hot: self.state.hot.clone(),
             cold: self.state.cold.clone(),
@@ -287,27 +293,18 @@ impl Solver {
         let node_mass = density * self.domain.cell_width.powi(3) / 8.0;
         let unit = node_mass * self.domain.cell_width / dt;
         let mut report = FrameReport { plan_id: plan.id, redone, dt, steps, time: self.time, ..FrameReport::default() };
-        self.stats.write(&mut report, plan);
+        self.sums.write(&mut report, plan);
         report.momentum_before = before.momentum * density;
         report.grid_mass = if steps > 0 { self.grid.mass() * node_mass } else { report.particle_mass };
-        report.gravity_impulse = plan.gravity * plan.material.density * self.stats.volume * dt * f64::from(steps);
+        report.gravity_impulse = plan.gravity * plan.material.density * self.sums.volume * dt * f64::from(steps);
         report.wall_impulse = tally.grid.wall_impulse * unit;
         report.damping_impulse = tally.grid.damping_impulse * unit;
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
         report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
-        report.quarantined.clone_from(&self.quarantined);
-        if tally.clamped > 0 {
-            health.insert(Health::STRAIN);
-        }
-        if !self.quarantined.is_empty() {
-            health.insert(Health::QUARANTINED);
-        }
-        if (report.grid_mass / report.particle_mass - 1.0).abs() > 1e-6 {
-            health.insert(Health::MASS_LOST);
-        }
         report.health = health;
+        judge(&mut report, &self.quarantined);
         report.timings = tally.timings;
         report.timings.report = ended.elapsed().as_secs_f64();
         report.timings.total = began.elapsed().as_secs_f64();

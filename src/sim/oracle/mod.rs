@@ -35,7 +35,10 @@ pub use particle::Particle;
 use super::engine::{FramePlan, FrameReport};
 use super::material::ClayMaterial;
 use super::params::Domain;
-use super::snapshot::{self, Snapshot};
+use super::snapshot::{self, Side, Snapshot};
+use super::trace::TracedNode;
+use glam::IVec3;
+use grid::Sum;
 
 /// The clay in f64 and the method that moves it. Serial, and the same in every run.
 #[derive(Clone, Debug)]
@@ -80,6 +83,22 @@ impl Oracle {
             frame.health.insert(super::health::Health::QUARANTINED);
         }
         frame
+    }
+
+    /// The nodes of the plan's first substep, as it leaves them, and runs that substep.
+    #[doc(hidden)]
+    pub fn trace(&mut self, plan: &FramePlan) -> Vec<TracedNode> {
+        let mut frame = report::begin(&self.particles, plan);
+        let grid = substep::substep(&mut self.particles, &self.domain, plan, 0.0, &mut frame);
+        let classes = |(node, at): (IVec3, &grid::Node)| {
+            let traced = |side: Side| {
+                let (class, velocity) = (grid::class(side), at.field(side).velocity);
+                let Sum { mass, momentum } = at.classes[class];
+                TracedNode { node, class, mass, momentum, velocity }
+            };
+            grid::CLASSES.map(traced)
+        };
+        grid.coordinates().zip(&grid.nodes).flat_map(classes).collect()
     }
 
     /// The state, rounded to f32 as engines store it; frozen particles come last.

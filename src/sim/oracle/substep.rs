@@ -6,11 +6,19 @@
 
 use super::super::engine::{FramePlan, FrameReport};
 use super::super::params::Domain;
+use super::grid::Grid;
 use super::tools::Surroundings;
 use super::{Particle, contact, g2p, p2g, report, sides, tags, walls};
 
 /// Moves `particles` over the substep of `plan.dt` [s] that starts at `start` [s] of the frame, and adds to `frame` what happened.
-pub fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, start: f64, frame: &mut FrameReport) {
+/// Returns the nodes.
+pub(super) fn substep(
+    particles: &mut [Particle],
+    domain: &Domain,
+    plan: &FramePlan,
+    start: f64,
+    frame: &mut FrameReport,
+) -> Grid {
     let around = Surroundings::new(domain, plan, start);
 
     tags::take_sides(particles, &around, frame);
@@ -27,4 +35,5 @@ pub fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, st
     report::add_grid(frame, &grid, &around);
 
     g2p::gather(particles, &grid, &around, frame);
+    grid
 }

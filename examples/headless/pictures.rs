@@ -1,0 +1,183 @@
+//! Pictures of a run, drawn after it without a window: the clay with its tools, lit, with shadows.
+#![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+
+use bevy::app::ScheduleRunnerPlugin;
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::RenderTarget;
+use bevy::light::CascadeShadowConfigBuilder;
+use bevy::log::LogPlugin;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::render_resource::TextureFormat;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_clay::prelude::*;
+use bevy_clay::surface::mesh::Mesh as Surface;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+const WIDTH: u32 = 960;
+const HEIGHT: u32 = 720;
+/// Frames before a picture is taken: meshes are uploaded, shadows drawn.
+const FRAMES_BEFORE: u32 = 3;
+
+/// Whether this build draws.
+pub(crate) const ARE_DRAWN: bool = true;
+
+/// What a picture shows.
+pub(crate) struct Moment {
+    /// The frame, by which the file is named.
+    pub(crate) frame: u64,
+    /// The clay.
+    pub(crate) surface: Surface,
+    /// The tools and where they are.
+    pub(crate) tools: Vec<(ToolShape, Pose)>,
+}
+
+/// Draws each moment into `folder` as `frame_NNNN.png`; says which files it wrote.
+///
+/// # Errors
+/// No graphics adapter, or a picture that could not be written.
+pub(crate) fn draw(moments: Vec<Moment>, folder: &Path) -> Result<Vec<PathBuf>, String> {
+    if moments.is_empty() {
+        return Ok(vec![]);
+    }
+    if GpuMode::from_env()? == GpuMode::Off {
+        return Err("CLAY_GPU=off".into());
+    }
+    GpuDevice::headless().map_err(|e| e.to_string())?;
+    let files: Vec<PathBuf> = moments.iter().map(|m| folder.join(format!("frame_{:04}.png", m.frame))).collect();
+    // A picture of an earlier run must not pass for one of this.
+    for file in files.iter().filter(|f| f.exists()) {
+        std::fs::remove_file(file).map_err(|e| format!("{}: {e}", file.display()))?;
+    }
+    let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false };
+    let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
+    let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
+    let log = LogPlugin { filter: "error".into(), ..default() };
+    let plugins = DefaultPlugins.set(window).set(render).set(log).disable::<WinitPlugin>();
+    App::new()
+        .add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)))
+        .insert_resource(show)
+        .add_systems(Startup, spawn)
+        .add_systems(Update, step)
+        .run();
+    match files.iter().find(|f| !f.exists()) {
+        Some(missing) => Err(format!("{} was not written", missing.display())),
+        None => Ok(files),
+    }
+}
+
+/// The moments, and which of them is drawn.
+#[derive(Resource)]
+struct Show {
+    moments: Vec<Moment>,
+    files: Vec<PathBuf>,
+    index: usize,
+    /// Frames since the moment was put up.
+    frame: u32,
+    /// Whether its picture is on its way.
+    is_taken: bool,
+}
+
+/// Where pictures come from.
+#[derive(Resource)]
+struct Canvas(Handle<Image>);
+
+/// What goes with its moment.
+#[derive(Component)]
+struct Passing;
+
+fn spawn(
+    mut commands: Commands,
+    show: Res<Show>,
+    mut images: ResMut<Assets<Image>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut colours: ResMut<Assets<StandardMaterial>>,
+) {
+    let bounds = show.moments.iter().filter_map(|m| m.surface.bounds());
+    let (low, high) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+    let (centre, radius) = (((low + high) / 2.0).as_vec3(), ((high - low).length() / 2.0).max(1e-3) as f32);
+    let image = images.add(Image::new_target_texture(WIDTH, HEIGHT, TextureFormat::Rgba8UnormSrgb, None));
+    commands.insert_resource(Canvas(image.clone()));
+    let eye = centre + Vec3::new(0.55, 0.65, 0.9).normalize() * radius * 3.2;
+    let lens = PerspectiveProjection { near: 0.05 * radius, far: 100.0 * radius, ..default() };
+    commands.spawn((
+        Camera3d::default(),
+        RenderTarget::Image(image.into()),
+        Projection::Perspective(lens),
+        Transform::from_translation(eye).looking_at(centre, Vec3::Y),
+        AmbientLight { brightness: 300.0, ..default() },
+    ));
+    let cascades = CascadeShadowConfigBuilder {
+        num_cascades: 1,
+        minimum_distance: 0.05 * radius,
+        maximum_distance: 8.0 * radius,
+        ..default()
+    };
+    commands.spawn((
+        DirectionalLight { shadow_maps_enabled: true, shadow_depth_bias: 0.01 * radius, illuminance: 7_000.0, ..default() },
+        cascades.build(),
+        Transform::from_xyz(-0.6, 1.2, 0.5).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let floor = Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius);
+    let at = Transform::from_xyz(centre.x, low.y as f32, centre.z);
+    commands.spawn((Mesh3d(meshes.add(floor)), MeshMaterial3d(colours.add(Color::srgb(0.55, 0.57, 0.6))), at));
+}
+
+/// Puts a moment up, takes its picture, and goes on to the next.
+fn step(
+    mut commands: Commands,
+    mut show: ResMut<Show>,
+    canvas: Res<Canvas>,
+    passing: Query<Entity, With<Passing>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut colours: ResMut<Assets<StandardMaterial>>,
+    mut exit: MessageWriter<AppExit>,
+) {
+    let Some(moment) = show.moments.get(show.index) else {
+        exit.write(AppExit::Success);
+        return;
+    };
+    if show.frame == 0 {
+        passing.iter().for_each(|entity| commands.entity(entity).despawn());
+        let clay =
+            colours.add(StandardMaterial { base_color: Color::srgb(0.72, 0.45, 0.32), perceptual_roughness: 0.8, ..default() });
+        commands.spawn((Passing, Mesh3d(meshes.add(mesh(&moment.surface))), MeshMaterial3d(clay)));
+        let steel = StandardMaterial { base_color: Color::srgb(0.35, 0.45, 0.6), perceptual_roughness: 0.4, ..default() };
+        let steel = colours.add(StandardMaterial { cull_mode: None, double_sided: true, ..steel });
+        for (shape, pose) in &moment.tools {
+            let place = Transform::from_translation(pose.position.as_vec3()).with_rotation(pose.rotation.as_quat());
+            commands.spawn((Passing, Mesh3d(meshes.add(tool(shape))), MeshMaterial3d(steel.clone()), place));
+        }
+    } else if show.frame >= FRAMES_BEFORE && !show.is_taken {
+        let file = show.files[show.index].clone();
+        commands.spawn(Screenshot::image(canvas.0.clone())).observe(save_to_disk(file)).observe(
+            |_: On<ScreenshotCaptured>, mut show: ResMut<Show>| {
+                (show.index, show.frame, show.is_taken) = (show.index + 1, 0, false);
+            },
+        );
+        show.is_taken = true;
+    }
+    show.frame += 1;
+}
+
+fn mesh(surface: &Surface) -> Mesh {
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
+        .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
+}
+
+fn tool(shape: &ToolShape) -> Mesh {
+    match *shape {
+        ToolShape::Sphere { radius } => {
+            Sphere::new(radius as f32).mesh().ico(5).unwrap_or_else(|_| Sphere::new(radius as f32).into())
+        }
+        ToolShape::Capsule { radius, half_length } => Capsule3d::new(radius as f32, 2.0 * half_length as f32).into(),
+        ToolShape::Box { half_size } => Cuboid { half_size: half_size.as_vec3() }.into(),
+        ToolShape::Blade { half_width, half_height } => Rectangle::new(2.0 * half_width as f32, 2.0 * half_height as f32).into(),
+    }
+}

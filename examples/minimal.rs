@@ -1,0 +1,43 @@
+//! A block of clay in a window, pressed by a ball: `cargo run --example minimal`. With `-- --frames N` it ends after N frames, and well if there is a dent.
+#![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+
+use bevy::light::CascadeShadowConfigBuilder;
+use bevy::prelude::*;
+use bevy_clay::prelude::*;
+
+fn main() -> AppExit {
+    let systems = (press.in_set(ClaySystems::Tool), check.after(ClaySystems::Show));
+    App::new().add_plugins((DefaultPlugins, ClayPlugins)).add_systems(Startup, spawn).add_systems(Update, systems).run()
+}
+
+fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: ResMut<Assets<StandardMaterial>>) -> Result {
+    let scene = Scene::from_ron("(clay: [Box(size: (0.06, 0.03, 0.06), center: (0, 0.015, 0))], cell_width: 0.004)")?;
+    commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
+    let ball = (Mesh3d(meshes.add(Sphere::new(0.008))), MeshMaterial3d(colours.add(Color::srgb(0.3, 0.4, 0.6))));
+    commands.spawn((SculptTool::default(), ball));
+    let floor = Plane3d::default().mesh().size(0.4, 0.4);
+    commands.spawn((Mesh3d(meshes.add(floor)), MeshMaterial3d(colours.add(Color::srgb(0.5, 0.5, 0.5)))));
+    // Shadows as sharp as the clay is small.
+    let sun = DirectionalLight { shadow_maps_enabled: true, shadow_depth_bias: 1e-3, illuminance: 6_000.0, ..default() };
+    let cascades = CascadeShadowConfigBuilder { num_cascades: 1, maximum_distance: 0.5, ..default() }.build();
+    commands.spawn((sun, cascades, Transform::from_xyz(-0.8, 1.2, 0.5).looking_at(Vec3::ZERO, Vec3::Y)));
+    let camera = Transform::from_xyz(0.07, 0.11, 0.11).looking_at(Vec3::Y * 0.015, Vec3::Y);
+    commands.spawn((Camera3d::default(), camera));
+    Ok(())
+}
+
+/// From the clay's top down into it, round in a circle, and up again, every 8 seconds.
+fn press(time: Res<Time>, mut ball: Single<&mut Transform, With<SculptTool>>) {
+    let angle = 1.5 + time.elapsed_secs() * std::f32::consts::TAU / 8.0;
+    ball.translation = Vec3::new(0.014 * angle.sin(), 0.037 + 0.008 * angle.cos(), 0.014 * angle.cos());
+}
+
+/// After as many frames as asked for: is a dent 3 mm deep in the top of the clay?
+fn check(mut frame: Local<u32>, surface: Option<Single<&ClaySurface>>, mut exit: MessageWriter<AppExit>) {
+    *frame += 1;
+    if std::env::args().skip_while(|a| a != "--frames").nth(1).and_then(|n| n.parse().ok()) == Some(*frame) {
+        let is_dent = |p: &[f32; 3]| (0.015..0.027).contains(&p[1]) && p[0].abs().max(p[2].abs()) < 0.02;
+        let is_dented = surface.is_some_and(|surface| surface.mesh().positions.iter().any(is_dent));
+        exit.write(if is_dented { AppExit::Success } else { AppExit::error() });
+    }
+}

@@ -1,0 +1,93 @@
+//! How fast the clay's time goes: as fast as the clock where the engine keeps up, else so slow that each frame ends soon, and not at all at rest.
+//!
+//! The clay follows Bevy's virtual clock. On a slow machine a second of clay takes many seconds; planned at full speed, two long frames would be under
+//! way whenever a tool is pressed, and the answer would wait for them. Slowed, each frame of the window has a short frame of clay to itself.
+
+use crate::args::Args;
+use crate::stroke::Work;
+use bevy::prelude::*;
+use bevy::winit::{UpdateMode, WinitSettings};
+use bevy_clay::plugin::step::FRAMES_UNDER_WAY;
+use bevy_clay::prelude::*;
+use std::time::Duration;
+
+/// Part of a window's frame that the engine may take.
+const SHARE: f64 = 0.6;
+/// Most time that a frame of clay may take [s], however long the window's frames are.
+const FRAME_MAX: f64 = 0.025;
+/// Slowest clock.
+const SPEED_MIN: f64 = 1e-4;
+/// Clay slower than this is at rest [m/s].
+const REST_SPEED: f64 = 0.01;
+/// Frames that clay is at rest before its clock stops.
+const REST_FRAMES: u32 = 6;
+
+/// The clock's state.
+#[derive(Resource, Debug, Default)]
+pub(crate) struct Pace {
+    /// Wall time per simulated time, smoothed; none until a frame has ended.
+    cost: Option<f64>,
+    /// Wall time of the window's frames, smoothed [s].
+    frame: f64,
+    /// Slows the clock while frames pile up, whatever the engine says they cost, by as many halvings.
+    brake: f64,
+    still: u32,
+    pub(crate) is_at_rest: bool,
+}
+
+/// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not drawn leaves its time to the clay.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn draw(args: Res<Args>, pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
+    const RESTING: Duration = Duration::from_millis(100);
+    // A run of so many frames is to end.
+    let is_lazy = pace.is_at_rest && args.frames.is_none() && !args.script;
+    let mode = if is_lazy { UpdateMode::reactive(RESTING) } else { UpdateMode::Continuous };
+    if winit.focused_mode != mode {
+        *winit = WinitSettings { focused_mode: mode, unfocused_mode: mode };
+    }
+}
+
+/// What makes clay that rests go on.
+type Stirred = Or<(Changed<ClayMaterial>, Changed<ClaySettings>, Changed<Clay>)>;
+
+/// Sets the clock from the last reports.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn keep(
+    mut reports: MessageReader<ClayReport>,
+    stirred: Query<(), (With<Clay>, Stirred)>,
+    (status, engine): (Single<&ClayStatus>, Query<&ClayEngine>),
+    work: Res<Work>,
+    mut pace: ResMut<Pace>,
+    (mut clock, real): (ResMut<Time<Virtual>>, Res<Time<Real>>),
+) {
+    const SMOOTH: f64 = 0.3;
+    pace.frame += (real.delta_secs_f64().min(0.5) - pace.frame) * SMOOTH;
+    if work.stroke.is_some() || !stirred.is_empty() {
+        pace.still = 0;
+    }
+    for ClayReport { report, .. } in reports.read() {
+        let duration = report.dt * f64::from(report.steps);
+        if duration > 0.0 && report.timings.total > 0.0 {
+            let cost = report.timings.total / duration;
+            let old = pace.cost.unwrap_or(cost);
+            pace.cost = Some(old * (cost / old).powf(SMOOTH));
+        }
+        pace.still = if report.speed(status.cell_width) < REST_SPEED { pace.still + 1 } else { 0 };
+    }
+    // A first guess for a machine that is not known yet: a slow one.
+    let is_piling_up = engine.iter().any(|e| e.pending() >= FRAMES_UNDER_WAY);
+    pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
+    let share = SHARE.min(FRAME_MAX / pace.frame.max(1e-3));
+    let speed = pace.cost.map_or(0.03, |cost| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0));
+    if (clock.relative_speed_f64() / speed - 1.0).abs() > 0.02 {
+        clock.set_relative_speed_f64(speed);
+    }
+    pace.is_at_rest = pace.still >= REST_FRAMES;
+    if pace.is_at_rest != clock.is_paused() {
+        if pace.is_at_rest {
+            clock.pause();
+        } else {
+            clock.unpause();
+        }
+    }
+}

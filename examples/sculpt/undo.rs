@@ -1,0 +1,64 @@
+//! Undo: the clay as it stood before each of the last strokes.
+
+use crate::stroke::{StrokeNews, Work};
+use bevy::prelude::*;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use bevy_clay::prelude::*;
+use std::collections::VecDeque;
+
+/// Most strokes that can be taken back.
+const DEPTH: usize = 32;
+
+/// The states to go back to, the newest last.
+#[derive(Resource, Default)]
+pub(crate) struct History {
+    states: VecDeque<Task<Result<Snapshot, String>>>,
+    /// Whether the last stroke is to be taken back.
+    pub(crate) is_wanted: bool,
+}
+
+impl History {
+    pub(crate) fn len(&self) -> usize {
+        self.states.len()
+    }
+}
+
+/// Keeps the state before each stroke, copied away from the main thread.
+pub(crate) fn keep(mut news: MessageReader<StrokeNews>, engine: Query<&ClayEngine>, mut history: ResMut<History>) {
+    for _ in news.read().filter(|n| matches!(n, StrokeNews::Began)) {
+        let Ok(save) = engine.single().map_err(|e| e.to_string()).and_then(|e| e.save_deferred().map_err(|e| e.to_string()))
+        else {
+            continue;
+        };
+        history.states.push_back(AsyncComputeTaskPool::get().spawn(async move { Ok(save()) }));
+        if history.states.len() > DEPTH {
+            history.states.pop_front();
+        }
+    }
+}
+
+/// Takes the last stroke back.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn take_back(
+    clay: Single<(Entity, Has<ClayChange>), With<Clay>>,
+    work: Res<Work>,
+    mut history: ResMut<History>,
+    mut notice: ResMut<ClayNotice>,
+    mut commands: Commands,
+) {
+    if !std::mem::take(&mut history.is_wanted) || work.stroke.is_some() {
+        return;
+    }
+    let (clay, is_changing) = *clay;
+    if is_changing {
+        notice.warn("another change of the clay is under way");
+        return;
+    }
+    match history.states.pop_back() {
+        Some(state) => {
+            let done = format!("stroke taken back, {} left to take back", history.states.len());
+            commands.entity(clay).insert(ClayChange::of_task(done, state));
+        }
+        None => notice.warn("there is no stroke to take back"),
+    }
+}

@@ -1,0 +1,201 @@
+//! What the run was like: frames, surfaces, answers, what strokes left behind; the check at the end.
+
+use crate::args::Args;
+use crate::pick::{Picking, cast_all};
+use crate::stroke::{Done, StrokeNews, Work};
+use crate::tools::ToolKind;
+use bevy::prelude::*;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy_clay::prelude::*;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// What the surface has to move for an answer [m].
+const ANSWER: f32 = 3e-5;
+/// How long clay may settle before a stroke is measured.
+const SETTLING: Duration = Duration::from_millis(1500);
+
+/// The run so far.
+#[derive(Resource)]
+pub(crate) struct Watch {
+    began: Instant,
+    frames: u64,
+    surfaces: u64,
+    /// A press whose answer is not shown yet: when, where, how far the surface was.
+    asked: Option<(Instant, Ray3d, f32)>,
+    /// Press to surface [ms].
+    pub(crate) answers: Vec<f64>,
+    settling: Option<(Arc<Done>, Instant)>,
+    /// Greatest force on the tool since the stroke began [N].
+    force: f64,
+    pub(crate) strokes: Vec<Outcome>,
+    held_ms: f64,
+    /// The window is to close.
+    pub(crate) is_over: bool,
+    is_closing: bool,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        Self {
+            began: Instant::now(),
+            frames: 0,
+            surfaces: 0,
+            asked: None,
+            answers: vec![],
+            settling: None,
+            force: 0.0,
+            strokes: vec![],
+            held_ms: 0.0,
+            is_over: false,
+            is_closing: false,
+        }
+    }
+}
+
+/// What a stroke left behind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    /// Greatest distance by which the surface went away from the eye along the stroke [mm].
+    pub(crate) dent: f32,
+    /// Bodies that the surface encloses.
+    pub(crate) bodies: usize,
+}
+
+/// Counts, and times the answer to each press.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn count(
+    surface: Query<&ClaySurface, Changed<ClaySurface>>,
+    status: Single<&ClayStatus>,
+    work: Res<Work>,
+    mut news: MessageReader<StrokeNews>,
+    mut reports: MessageReader<ClayReport>,
+    mut watch: ResMut<Watch>,
+) {
+    watch.frames += 1;
+    let forces = reports.read().flat_map(|r| &r.report.tools).map(|t| t.force.length());
+    watch.force = forces.fold(watch.force, f64::max);
+    watch.held_ms = watch.held_ms.max(status.main_thread_ms);
+    for item in news.read() {
+        match item {
+            StrokeNews::Began => {
+                watch.force = 0.0;
+                let stroke = work.stroke.as_ref();
+                watch.asked = stroke.map(|s| (s.began, s.places[0].0, s.places[0].1.distance));
+            }
+            StrokeNews::Ended(done) => watch.settling = Some((done.clone(), Instant::now())),
+        }
+    }
+    for surface in &surface {
+        watch.surfaces += 1;
+        let Some((began, ray, before)) = watch.asked else { continue };
+        if cast_all(surface.mesh(), ray).is_some_and(|hit| hit.distance > before + ANSWER) {
+            watch.answers.push(began.elapsed().as_secs_f64() * 1e3);
+            watch.asked = None;
+        }
+    }
+}
+
+/// Measures what a stroke left behind when the clay has settled, or the next stroke begins.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn measure(picking: Res<Picking>, work: Res<Work>, mut watch: ResMut<Watch>) {
+    let is_due = watch.settling.as_ref().is_some_and(|(_, at)| at.elapsed() > SETTLING || work.stroke.is_some() || watch.is_over);
+    let (true, Some(grid)) = (is_due, &picking.grid) else { return };
+    let Some((done, _)) = watch.settling.take() else { return };
+    let away = done.places.iter().filter_map(|(ray, hit)| Some(grid.cast(*ray)?.distance - hit.distance));
+    let outcome = Outcome { dent: 1e3 * away.fold(0.0, f32::max), bodies: grid.bodies };
+    let at = done.places[0].1.point * 1e3;
+    let answer = match watch.answers.last() {
+        Some(ms) if done.kind != ToolKind::Knife => format!(", answered in {ms:.0} ms"),
+        _ => String::new(),
+    };
+    say(&format!(
+        "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {:.2} mm, force up to {:.2} N, {} bodies before, {} bodies now{answer}",
+        done.number,
+        done.kind.name(),
+        at.x,
+        at.y,
+        at.z,
+        outcome.dent,
+        watch.force,
+        done.before.bodies,
+        outcome.bodies
+    ));
+    watch.strokes.push(outcome);
+}
+
+/// Ends the run when it is over: takes the picture, checks, leaves.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn end(
+    args: Res<Args>,
+    status: Single<&ClayStatus>,
+    mut watch: ResMut<Watch>,
+    mut commands: Commands,
+    mut exit: MessageWriter<AppExit>,
+) {
+    watch.is_over |= args.frames.is_some_and(|frames| watch.frames >= frames);
+    if !watch.is_over || watch.is_closing {
+        return;
+    }
+    watch.is_closing = true;
+    let faults = faults(&args, &status, &watch);
+    summary(&status, &watch);
+    faults.iter().for_each(|fault| complain(&format!("check failed: {fault}")));
+    let code = if faults.is_empty() { AppExit::Success } else { AppExit::error() };
+    let Some(path) = args.screenshot.clone() else {
+        exit.write(code);
+        return;
+    };
+    // One observer: the picture has to be written before the app ends.
+    let mut save = save_to_disk(path.clone());
+    let take = move |picture: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
+        save(picture);
+        if path.exists() {
+            exit.write(code.clone());
+        } else {
+            complain(&format!("{}: the picture could not be written", path.display()));
+            exit.write(AppExit::error());
+        }
+    };
+    commands.spawn(Screenshot::primary_window()).observe(take);
+}
+
+/// What did not hold.
+fn faults(args: &Args, status: &ClayStatus, watch: &Watch) -> Vec<String> {
+    let mut faults = vec![];
+    let mut check = |holds: bool, fault: &str| {
+        if !holds {
+            faults.push(fault.to_string());
+        }
+    };
+    check(watch.surfaces > 0, "no surface was shown: the run was too short, or the clay did not start");
+    check(status.error.is_none(), status.error.as_deref().unwrap_or_default());
+    if args.script {
+        check(!watch.strokes.is_empty(), "the script's stroke did not end: more --frames are needed");
+        check(watch.strokes.iter().all(|s| s.dent > 0.5), "the stroke left no dent of half a millimetre");
+    }
+    faults
+}
+
+fn summary(status: &ClayStatus, watch: &Watch) {
+    let seconds = watch.began.elapsed().as_secs_f64();
+    let mut answers = watch.answers.clone();
+    answers.sort_by(f64::total_cmp);
+    let answer = answers.get(answers.len() / 2).map_or(String::new(), |ms| format!(", answer in {ms:.0} ms (median)"));
+    say(&format!(
+        "{} frames in {seconds:.1} s, {} surfaces shown{answer}, main thread held at most {:.2} ms, {}, {} particles, {:.2} s of clay, {}",
+        watch.frames, watch.surfaces, watch.held_ms, status.engine, status.particle_count, status.time, status.health
+    ));
+}
+
+/// A line for the terminal.
+#[expect(clippy::print_stdout, reason = "a program for the terminal too")]
+pub(crate) fn say(line: &str) {
+    println!("sculpt: {line}");
+}
+
+/// A line about what went wrong.
+#[expect(clippy::print_stderr, reason = "a program for the terminal too")]
+pub(crate) fn complain(line: &str) {
+    eprintln!("error: {line}");
+}

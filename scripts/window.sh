@@ -1,0 +1,135 @@
+#!/usr/bin/env bash
+# Sculpts in a window with a mouse that nobody holds: a virtual display, the example `sculpt`, real mouse and key events. Checks that a press dents the
+# clay where it was made, that the knife cuts it in two, that a slider changes what the tool feels, that undo takes back. Pictures go to out/window.
+# Needs xvfb, xdotool and imagemagick, and a Vulkan driver, software or not: bash scripts/install.sh --window --test
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+out=${1:-out/window}
+mkdir -p "$out"
+rm -f "$out"/*.png
+: >"$out/log"
+
+fail() {
+    echo "window.sh: $1" >&2
+    tail -n 20 "$out/log" >&2 || true
+    exit 1
+}
+for tool in Xvfb xdotool import; do
+    command -v "$tool" >/dev/null || fail "$tool is missing: bash scripts/install.sh --window --test"
+done
+cargo build --quiet --example sculpt
+sculpt=${CARGO_TARGET_DIR:-target}/debug/examples/sculpt
+
+# The first display that is free.
+xvfb="" app=""
+finish() {
+    [ -z "$app" ] || kill "$app" 2>/dev/null || true
+    [ -z "$xvfb" ] || kill "$xvfb" 2>/dev/null || true
+}
+trap finish EXIT
+number=$(mktemp)
+Xvfb -displayfd 3 -screen 0 1280x800x24 3>"$number" 2>/dev/null &
+xvfb=$!
+for _ in $(seq 100); do [ -s "$number" ] && break || sleep 0.1; done
+[ -s "$number" ] || fail "no virtual display"
+DISPLAY=:$(cat "$number")
+export DISPLAY
+rm -f "$number"
+
+# await PATTERN SECONDS: until the log holds a line like that, which it prints.
+await() {
+    local end=$((SECONDS + $2))
+    until grep -m1 -- "$1" "$out/log"; do
+        kill -0 "$app" 2>/dev/null || fail "sculpt ended early"
+        [ "$SECONDS" -lt "$end" ] || fail "nothing like \"$1\" within $2 s"
+        sleep 0.2
+    done
+}
+# move X Y: where a slow machine has seen the pointer before the next event.
+move() { xdotool mousemove "$1" "$2" && sleep 0.3; }
+# drag X1 Y1 X2 Y2: with the left button, in steps, as a hand does.
+drag() {
+    move "$1" "$2"
+    xdotool mousedown 1
+    local i
+    for i in $(seq 1 24); do
+        xdotool mousemove $(($1 + ($3 - $1) * i / 24)) $(($2 + ($4 - $2) * i / 24))
+        sleep 0.12
+    done
+    sleep "${5:-0.5}"
+    xdotool mouseup 1
+    sleep 0.3
+}
+press() {
+    move "$1" "$2"
+    xdotool mousedown 1
+    sleep 3
+    xdotool mouseup 1
+    sleep 0.3
+}
+picture() { sleep 1 && import -window root -depth 8 "$out/$1.png"; }
+# number_in LINE NAME: the number after NAME.
+number_in() { sed -E "s/.*$2 ([0-9.]+).*/\1/" <<<"$1"; }
+is_more() { awk "BEGIN { exit !($1 > $2) }"; }
+
+"$sculpt" --out "$out" --engine native >"$out/log" 2>&1 &
+app=$!
+await "particles" 120 >/dev/null
+sleep 4
+# There is no window manager to give the window the keyboard.
+xdotool windowfocus --sync "$(xdotool search --name '^bevy_clay$' | head -n 1)"
+picture 1_start
+
+press 600 290
+stroke=$(await "stroke 1 ball" 60)
+echo "$stroke"
+move 640 690
+picture 2_dent
+is_more "$(number_in "$stroke" dent)" 0.5 || fail "the press left no dent"
+soft=$(number_in "$stroke" "up to")
+
+# The yield stress to about 60 kPa, and the same press beside the first.
+drag 154 78 196 78
+press 760 300
+stroke=$(await "stroke 2 ball" 60)
+echo "$stroke"
+hard=$(number_in "$stroke" "up to")
+is_more "$hard" "$soft * 1.3" || fail "firmer clay presses back with $hard N, soft clay did with $soft N"
+picture 3_firm
+
+xdotool key u
+await "taken back" 60
+drag 196 78 154 78
+move 640 690
+xdotool key 5
+sleep 0.5
+drag 690 130 560 690 4
+stroke=$(await "stroke 3 knife" 90)
+echo "$stroke"
+move 640 720
+picture 4_cut
+grep -q "1 bodies before, 2 bodies now" <<<"$stroke" || fail "the knife did not cut the clay in two"
+
+# Coarser cells: the shape is filled anew, and is still two bodies.
+drag 161 205 171 205
+await "stands on cells" 60
+xdotool key h
+picture 5_help
+xdotool key h
+# The inspector opens by its title.
+move 24 418
+xdotool click 1
+picture 6_inspector
+xdotool click 1 key e
+await "wrote" 60
+[ -s "$out/clay-001.stl" ] || fail "no exported file"
+rm -f "$out"/clay-*.stl
+
+xdotool key Escape
+for _ in $(seq 300); do kill -0 "$app" 2>/dev/null && sleep 0.1 || break; done
+status=0
+wait "$app" || status=$?
+app=""
+grep "frames in" "$out/log"
+[ "$status" -eq 0 ] || fail "sculpt ended with code $status"
+echo "pictures in $out"

@@ -1,0 +1,349 @@
+//! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered without losing the clay.
+
+use super::clay::{Clay, ClaySettings, ClayStatus, EngineChoice};
+use super::gpu::{AppDevice, Bridge, SharedDevice};
+use super::held::HeldTime;
+use super::report::Pace;
+use super::schedule::ClaySystems;
+use super::step::Planner;
+use crate::sim::engine::{Deferred, Engine, EngineError, SurfaceSource};
+use crate::sim::native::NativeEngine;
+use crate::sim::snapshot::Snapshot;
+use bevy::prelude::*;
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// An engine that stops again so soon after it was started anew is left alone.
+const RESTART_AFTER: Duration = Duration::from_secs(10);
+/// A device that was lost is replaced within this time, or not at all.
+const DEVICE_WITHIN: Duration = Duration::from_secs(2);
+
+/// The running engine of a [`Clay`], inserted by the plugin when it is ready and replaced when it is changed.
+#[derive(Component)]
+pub struct ClayEngine {
+    engine: Mutex<Box<dyn Engine>>,
+    /// Its way into the render world, if it runs there.
+    pub(super) bridge: Option<Bridge>,
+    pub(super) want: Want,
+    pub(super) planner: Planner,
+    pub(super) pace: Pace,
+    /// What [`Self::describe`] says.
+    pub(super) name: String,
+    /// Counts the engines of the clay.
+    pub(super) generation: u64,
+    /// Counts the states of this engine.
+    pub(super) revision: u64,
+    /// Whether another engine is about to take over: no more frames are planned.
+    pub(super) is_leaving: bool,
+    /// Why there will be no next frame.
+    pub(super) stopped: Option<EngineError>,
+    kept: Kept,
+}
+
+impl ClayEngine {
+    /// Loads `snapshot` into an engine of the wanted kind. Takes its time.
+    fn start(want: Want, snapshot: Arc<Snapshot>) -> Result<Self, EngineError> {
+        let (mut engine, bridge): (Box<dyn Engine>, _) = match &want.device {
+            None => (Box::new(NativeEngine::new()), None),
+            Some(device) => {
+                let (engine, bridge) = device.engine()?;
+                (Box::new(engine), Some(bridge))
+            }
+        };
+        engine.load(&snapshot)?;
+        Ok(Self {
+            name: engine.describe(),
+            engine: Mutex::new(engine),
+            bridge,
+            want,
+            pace: Pace::default(),
+            planner: Planner::new(&snapshot),
+            generation: 0,
+            revision: 0,
+            is_leaving: false,
+            stopped: None,
+            kept: Kept { snapshot, revision: 0, at: Instant::now(), copying: None },
+        })
+    }
+
+    /// One line that names the engine and what it runs on.
+    pub fn describe(&self) -> String {
+        self.name.clone()
+    }
+
+    /// The surface particles at the end of the last reported frame. Converts every particle: see [`Self::surface_deferred`].
+    pub fn surface(&self) -> Option<SurfaceSource> {
+        self.engine().surface()
+    }
+
+    /// The whole state at the end of the last reported frame. Copies every particle: see [`Self::save_deferred`].
+    ///
+    /// # Errors
+    /// Nothing is loaded.
+    pub fn save(&self) -> Result<Snapshot, EngineError> {
+        self.engine().save()
+    }
+
+    /// [`Self::surface`] as of now, to be made on another thread.
+    pub fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
+        self.engine().surface_deferred()
+    }
+
+    /// [`Self::save`] as of now, to be made on another thread.
+    ///
+    /// # Errors
+    /// As [`Self::save`].
+    pub fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+        self.engine().save_deferred()
+    }
+
+    /// Frames under way.
+    pub fn pending(&self) -> usize {
+        self.engine().pending()
+    }
+
+    fn engine(&self) -> MutexGuard<'_, Box<dyn Engine>> {
+        // A panic of another thread while it looked changed nothing here.
+        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The engine and what is planned for it.
+    pub(super) fn parts(&mut self) -> (&mut dyn Engine, &mut Planner) {
+        (self.engine.get_mut().unwrap_or_else(PoisonError::into_inner).as_mut(), &mut self.planner)
+    }
+
+    /// Whether the engine is gone, or the device it ran on is no longer the app's.
+    fn is_lost(&self, want: &Want) -> bool {
+        let moved = self.want.device.is_some() && want.device.is_some() && self.want.device != want.device;
+        self.stopped.is_some() || moved
+    }
+
+    /// Copies the state away from the main thread, every `interval` [s] if it changed.
+    fn keep(&mut self, interval: f32) {
+        if let Some(snapshot) = self.kept.copying.as_mut().and_then(check_ready) {
+            self.kept.snapshot = Arc::new(snapshot);
+            self.kept.copying = None;
+        }
+        let is_due = interval > 0.0 && self.kept.at.elapsed().as_secs_f32() >= interval;
+        if is_due
+            && self.kept.copying.is_none()
+            && self.kept.revision != self.revision
+            && let Ok(save) = self.save_deferred()
+        {
+            self.kept.copying = Some(AsyncComputeTaskPool::get().spawn(async move { save() }));
+            self.kept.at = Instant::now();
+            self.kept.revision = self.revision;
+        }
+    }
+}
+
+/// The state that the clay goes on from when its engine is lost.
+struct Kept {
+    snapshot: Arc<Snapshot>,
+    /// Which state that is, or will be when it is copied.
+    revision: u64,
+    at: Instant,
+    copying: Option<Task<Snapshot>>,
+}
+
+/// What an engine is started for.
+#[derive(Clone)]
+pub(super) struct Want {
+    source: Arc<Snapshot>,
+    /// The device of the GPU engine; nothing for the CPU engine.
+    device: Option<SharedDevice>,
+}
+
+impl PartialEq for Want {
+    /// By the snapshot's identity: comparing particles takes longer than a frame.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.source, &other.source) && self.device == other.device
+    }
+}
+
+/// The next engine of a clay.
+#[derive(Component, Default)]
+pub(super) struct EngineStart {
+    under_way: Option<(Want, Task<Result<ClayEngine, EngineError>>)>,
+    refused: Option<Want>,
+    generation: u64,
+    restarted: Option<Instant>,
+    /// A device that the GPU engine does not run on, since when, and why.
+    declined: Option<(SharedDevice, Instant, String)>,
+    /// Why the clay has no engine.
+    error: Option<String>,
+    /// Why it has not the one it should have.
+    fallback: Option<String>,
+}
+
+impl EngineStart {
+    /// What there is to say about it.
+    pub(super) fn error(&self) -> Option<&String> {
+        self.error.as_ref().or(self.fallback.as_ref())
+    }
+
+    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still be replaced.
+    fn device(&mut self, choice: EngineChoice, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
+        self.fallback = None;
+        let device = match choice {
+            EngineChoice::Native => return Ok(None),
+            EngineChoice::Auto => app.filter(SharedDevice::is_hardware),
+            EngineChoice::Gpu => {
+                if app.is_none() {
+                    self.fallback = Some("the app renders on no graphics device; the clay runs on the CPU engine".into());
+                }
+                app
+            }
+        };
+        let Some(device) = device else { return Ok(None) };
+        match &self.declined {
+            Some((declined, since, _)) if *declined == device && since.elapsed() < DEVICE_WITHIN => Err(Awaiting),
+            Some((declined, _, reason)) if *declined == device => {
+                self.fallback = Some(format!("the GPU engine does not run: {reason}; the clay runs on the CPU engine"));
+                Ok(None)
+            }
+            _ => Ok(Some(device)),
+        }
+    }
+
+    fn spawn(&mut self, want: Want, snapshot: impl FnOnce() -> Arc<Snapshot> + Send + 'static) {
+        let wanted = want.clone();
+        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot()) });
+        self.under_way = Some((want, task));
+    }
+
+    /// Starts the engine that the clay should have, if it is not running or starting.
+    fn pursue(&mut self, want: Want, engine: Option<&mut ClayEngine>) -> Result<(), EngineError> {
+        if self.under_way.as_ref().is_some_and(|(under_way, _)| *under_way == want) {
+            return Ok(());
+        }
+        self.under_way = None;
+        if self.refused.as_ref() == Some(&want) {
+            return Ok(());
+        }
+        let Some(engine) = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source)) else {
+            let source = want.source.clone();
+            self.spawn(want, || source);
+            return Ok(());
+        };
+        if engine.want == want && engine.stopped.is_none() {
+            engine.is_leaving = false;
+        } else if engine.is_lost(&want) {
+            let is_hopeless = engine.want == want && self.restarted.is_some_and(|at| at.elapsed() < RESTART_AFTER);
+            if !is_hopeless {
+                self.restarted = Some(Instant::now());
+                let kept = engine.kept.snapshot.clone();
+                warn!("clay goes on from its state at {:.3} s", kept.time);
+                self.spawn(want, || kept);
+            }
+        } else {
+            // The state moves over when the frames under way have ended.
+            engine.is_leaving = true;
+            if engine.pending() == 0 {
+                let save = engine.save_deferred()?;
+                self.spawn(want, || Arc::new(save()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A lost device may still be replaced.
+struct Awaiting;
+
+/// Starts, replaces and recovers engines.
+pub(super) struct EnginePlugin;
+
+impl Plugin for EnginePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, (start, admit, keep).chain().in_set(ClaySystems::Report));
+    }
+}
+
+/// Starts the engine of each clay that has none, or not the one it should have.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+fn start(
+    mut clays: Query<(Entity, &Clay, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
+    app: AppDevice,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    for (entity, clay, settings, mut start, engine) in &mut clays {
+        let start = start.bypass_change_detection();
+        let mut engine = engine.map(Mut::into_inner);
+        if let Some(ClayEngine { stopped: Some(reason), want: Want { device: Some(device), .. }, .. }) = engine.as_deref()
+            && start.declined.as_ref().is_none_or(|(declined, ..)| declined != device)
+        {
+            start.declined = Some((device.clone(), Instant::now(), reason.to_string()));
+        }
+        let Ok(device) = start.device(settings.engine, app.get()) else { continue };
+        let want = Want { source: clay.shared().clone(), device };
+        if let Some(engine) = engine.as_deref_mut() {
+            // A clay that was replaced stands still until the next is ready, unless that was refused.
+            engine.is_leaving = !Arc::ptr_eq(&engine.want.source, &want.source) && start.refused.as_ref() != Some(&want);
+        }
+        if let Err(error) = start.pursue(want.clone(), engine) {
+            refuse(entity, start, want, &error);
+        }
+    }
+}
+
+/// Puts engines that are ready in the place of those before.
+pub(super) fn admit(
+    mut clays: Query<(Entity, &mut EngineStart, &mut ClayStatus, Option<&mut ClayEngine>)>,
+    mut commands: Commands,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    for (entity, mut start, mut status, old) in &mut clays {
+        let start = start.bypass_change_detection();
+        let Some((want, task)) = &mut start.under_way else { continue };
+        let Some(result) = check_ready(task) else { continue };
+        let want = want.clone();
+        start.under_way = None;
+        match result {
+            Ok(mut engine) => {
+                // A new start has no frame to report yet.
+                status.time = engine.kept.snapshot.time;
+                status.particle_count = engine.kept.snapshot.particles.len();
+                start.generation += 1;
+                engine.generation = start.generation;
+                if let Some(mut old) = old.filter(|old| Arc::ptr_eq(&old.want.source, &want.source)) {
+                    engine.planner.take_over(std::mem::take(&mut old.planner));
+                }
+                start.refused = None;
+                start.error = None;
+                info!("clay {entity} runs on the {}", engine.name);
+                commands.entity(entity).insert(engine);
+            }
+            Err(error) => refuse(entity, start, want, &error),
+        }
+    }
+}
+
+/// Leaves the clay as it is and says why.
+fn refuse(entity: Entity, start: &mut EngineStart, want: Want, error: &EngineError) {
+    match want.device {
+        // What is wrong with the clay itself, the CPU engine will say.
+        Some(device) => {
+            warn!("clay {entity}: the GPU engine does not start: {error}");
+            let since = Instant::now().checked_sub(DEVICE_WITHIN).unwrap_or_else(Instant::now);
+            start.declined = Some((device, since, error.to_string()));
+        }
+        None => {
+            error!("clay {entity}: the engine does not start: {error}");
+            start.error = Some(error.to_string());
+            start.refused = Some(want);
+        }
+    }
+}
+
+/// Keeps a copy of each clay's state.
+pub(super) fn keep(mut clays: Query<(&ClaySettings, &mut ClayEngine)>, mut held: ResMut<HeldTime>) {
+    let _watch = held.watch();
+    for (settings, mut engine) in &mut clays {
+        engine.bypass_change_detection().keep(settings.snapshot_interval);
+    }
+}

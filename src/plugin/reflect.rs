@@ -1,0 +1,79 @@
+//! Reflection of the solver's own types, which do not know Bevy: an inspector shows and edits them field by field.
+//!
+//! Each definition repeats the type's; a field or variant that is missing here does not compile.
+
+use super::clay::{Clay, ClaySettings, ClayStatus};
+use super::tool::SculptTool;
+use crate::sim::material::ClayMaterial;
+use crate::sim::plan::InertiaScaling;
+use crate::sim::tool::{Contact, Tool, ToolShape};
+use bevy::prelude::*;
+use bevy::reflect::impl_reflect;
+use glam::DVec3;
+
+impl_reflect!(
+    #[reflect(Component, Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::material"]
+    struct ClayMaterial {
+        density: f64,
+        young_modulus: f64,
+        poisson_ratio: f64,
+        yield_stress: f64,
+        softening: f64,
+        softening_length: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::plan"]
+    enum InertiaScaling {
+        Off,
+        Accurate,
+        Fast,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::tool"]
+    struct Tool {
+        shape: ToolShape,
+        contact: Contact,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::tool"]
+    enum ToolShape {
+        Sphere { radius: f64 },
+        Capsule { radius: f64, half_length: f64 },
+        Box { half_size: DVec3 },
+        Blade { half_width: f64, half_height: f64 },
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::tool"]
+    enum Contact {
+        Stick,
+        Slip,
+        Separate { friction: f64 },
+    }
+);
+
+/// Registers the types that inspectors and scenes may hold.
+pub(super) struct ReflectPlugin;
+
+impl Plugin for ReflectPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Clay>()
+            .register_type::<ClayMaterial>()
+            .register_type::<ClaySettings>()
+            .register_type::<ClayStatus>()
+            .register_type::<SculptTool>()
+            .register_type_data::<ClayMaterial, ReflectDefault>();
+    }
+}

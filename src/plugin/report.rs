@@ -1,0 +1,105 @@
+//! Hands out what came of frames: messages, status, trouble named once per clay.
+
+use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus};
+use super::engine::{self, ClayEngine, EngineStart};
+use super::gpu::Bridge;
+use super::held::HeldTime;
+use super::schedule::ClaySystems;
+use super::show::{self, ClaySurface};
+use crate::sim::engine::EngineError;
+use bevy::prelude::*;
+use std::time::{Duration, Instant};
+
+/// Takes in reports and writes the status.
+pub(super) struct ReportPlugin;
+
+impl Plugin for ReportPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<ClayReport>()
+            .add_systems(Update, report.in_set(ClaySystems::Report).after(engine::admit).before(engine::keep))
+            .add_systems(Update, status.in_set(ClaySystems::Show).after(show::request));
+    }
+}
+
+/// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
+fn report(
+    mut clays: Query<(Entity, &ClaySettings, &mut ClayEngine, &mut ClayStatus), With<Clay>>,
+    mut reports: MessageWriter<ClayReport>,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    for (entity, settings, mut clay, mut status) in &mut clays {
+        if let Some(fault) = clay.bridge.as_ref().and_then(Bridge::take_fault) {
+            error!("clay {entity} lost its engine: {fault}");
+            clay.stopped = Some(EngineError::Stopped(fault));
+        }
+        while clay.stopped.is_none() {
+            let (engine, planner) = clay.parts();
+            match engine.poll() {
+                Ok(Some(report)) => {
+                    planner.note(&report, settings.gravity);
+                    let news = report.health.without(planner.logged);
+                    if !news.is_ok() {
+                        warn!("clay {entity}, frame {}: {news}", report.plan_id);
+                        planner.logged.insert(news);
+                    }
+                    clay.revision += 1;
+                    status.note(&report);
+                    reports.write(ClayReport { clay: entity, report });
+                }
+                Ok(None) => break,
+                Err(error) => {
+                    error!("clay {entity} lost its engine: {error}");
+                    clay.stopped = Some(error);
+                }
+            }
+        }
+    }
+}
+
+/// Simulated time against wall time, over stretches of a second.
+#[derive(Default)]
+pub(super) struct Pace {
+    since: Option<(Instant, f64)>,
+    rate: f64,
+}
+
+impl Pace {
+    /// The rate, with the clay at `time` [s] now.
+    fn rate(&mut self, time: f64) -> f64 {
+        const STRETCH: Duration = Duration::from_secs(1);
+        let (began, start) = *self.since.get_or_insert_with(|| (Instant::now(), time));
+        let wall = began.elapsed();
+        if wall >= STRETCH {
+            self.rate = (time - start) / wall.as_secs_f64();
+            self.since = Some((Instant::now(), time));
+        }
+        self.rate
+    }
+}
+
+/// What a status is written from.
+type Sources<'a> = (&'a EngineStart, Option<&'a mut ClayEngine>, Option<&'a ClaySurface>);
+
+/// Says how each clay is doing.
+pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, mut held: ResMut<HeldTime>) {
+    let longest = held.longest_ms();
+    let _watch = held.watch();
+    for (mut status, (start, engine, surface)) in &mut clays {
+        status.main_thread_ms = longest;
+        (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.mesh().triangles.len()));
+        let mut error = start.error().cloned();
+        if let Some(mut engine) = engine {
+            let engine = engine.bypass_change_detection();
+            if status.engine != engine.name {
+                status.engine.clone_from(&engine.name);
+            }
+            status.cell_width = engine.planner.cell_width();
+            status.given_up = engine.planner.given_up;
+            status.rate = engine.pace.rate(status.time);
+            let stopped = engine.stopped.as_ref().map(ToString::to_string);
+            error = error.or(stopped).or(engine.planner.refused.as_ref().map(ToString::to_string));
+        }
+        status.error = error;
+    }
+}

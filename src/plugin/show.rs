@@ -1,0 +1,188 @@
+//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
+
+use super::clay::{Clay, ClaySettings, MeshQuality};
+use super::engine::ClayEngine;
+use super::held::HeldTime;
+use super::schedule::ClaySystems;
+use crate::sim::engine::{Deferred, SurfaceSource};
+use crate::surface::extract::extract;
+use crate::surface::field::{SurfaceSettings, Tier};
+use crate::surface::mesh::Mesh as Surface;
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::primitives::Aabb;
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use bevy::render::renderer::RenderDevice;
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Colour of clay where the app gives no material: worked pottery clay.
+const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
+
+/// The surface that is shown: the data of the [`Mesh3d`], whose asset lives in the render world alone.
+#[derive(Component, Clone, Debug)]
+pub struct ClaySurface {
+    mesh: Arc<Surface>,
+    state: State,
+    extract_ms: f64,
+}
+
+impl ClaySurface {
+    /// The surface in the clay's own frame [m], with smooth normals.
+    pub fn mesh(&self) -> &Arc<Surface> {
+        &self.mesh
+    }
+
+    /// Counts the states of the clay: greater is newer.
+    pub fn revision(&self) -> (u64, u64) {
+        (self.state.generation, self.state.revision)
+    }
+
+    /// Wall time of its extraction [ms].
+    pub fn extract_ms(&self) -> f64 {
+        self.extract_ms
+    }
+}
+
+/// What is shown, or is going to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct State {
+    /// Which engine of the clay.
+    generation: u64,
+    /// Which state of it.
+    revision: u64,
+    quality: MeshQuality,
+    /// Counts the app's graphics devices: the mesh is lost with each.
+    device: u64,
+}
+
+/// The surface on its way, if there is one.
+#[derive(Component, Default)]
+pub(super) struct Extraction {
+    under_way: Option<(State, Task<Extracted>)>,
+}
+
+/// A surface as it comes from its task, ready to be swapped in.
+struct Extracted {
+    surface: Arc<Surface>,
+    mesh: Mesh,
+    bounds: Aabb,
+    extract_ms: f64,
+}
+
+impl Extracted {
+    fn new(make: Deferred<SurfaceSource>, tier: Tier) -> Self {
+        let began = Instant::now();
+        let surface = extract(&make(), &SurfaceSettings::new(tier));
+        let (low, high) = surface.bounds().unwrap_or_default();
+        let normals = surface.normals.clone().unwrap_or_default();
+        // The copy on the graphics device is enough; apps read `ClaySurface`.
+        let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+            .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()));
+        let bounds = Aabb::from_min_max(low.as_vec3(), high.as_vec3());
+        Self { surface: Arc::new(surface), mesh, bounds, extract_ms: began.elapsed().as_secs_f64() * 1e3 }
+    }
+}
+
+/// Shows clay in apps that have meshes.
+pub(super) struct ShowPlugin;
+
+impl Plugin for ShowPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, (swap, request).chain().in_set(ClaySystems::Show));
+    }
+}
+
+/// What a clay shows now.
+type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>);
+
+/// Swaps in the surfaces that are ready; drops those of a clay that has been replaced since.
+fn swap(
+    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, &mut Extraction, Shown), With<Clay>>,
+    mut meshes: Option<ResMut<Assets<Mesh>>>,
+    mut materials: Option<ResMut<Assets<StandardMaterial>>>,
+    mut commands: Commands,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    let Some(meshes) = &mut meshes else { return };
+    for (entity, settings, engine, mut extraction, (surface, mesh, has_material)) in &mut clays {
+        let Some((state, task)) = &mut extraction.under_way else { continue };
+        let Some(new) = check_ready(task) else { continue };
+        let state = *state;
+        extraction.under_way = None;
+        // A clay about to be replaced keeps what it shows until the next one is there.
+        if state.generation != engine.generation || engine.is_leaving || settings.mesh == MeshQuality::Off {
+            continue;
+        }
+        let mut entity = commands.entity(entity);
+        entity.insert(ClaySurface { mesh: new.surface.clone(), state, extract_ms: new.extract_ms });
+        if new.surface.triangles.is_empty() {
+            entity.remove::<(Mesh3d, Aabb)>();
+            continue;
+        }
+        let handle = match mesh {
+            // Its own, not one that the app put there.
+            Some(Mesh3d(own)) if surface.is_some() => {
+                // Fails only for an asset that is gone, which a strong handle rules out.
+                let _ = meshes.insert(own.id(), new.mesh);
+                own.clone()
+            }
+            _ => meshes.add(new.mesh),
+        };
+        entity.insert((Mesh3d(handle), new.bounds, NoAutoAabb));
+        if let Some(materials) = &mut materials
+            && !has_material
+        {
+            let clay = StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() };
+            entity.insert(MeshMaterial3d(materials.add(clay)));
+        }
+    }
+}
+
+/// What is shown, and on its way.
+type Showing<'a> = (&'a mut Extraction, Option<&'a ClaySurface>);
+
+/// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for nothing.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn request(
+    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Showing), With<Clay>>,
+    meshes: Option<Res<Assets<Mesh>>>,
+    device: Option<Res<RenderDevice>>,
+    mut device_count: Local<u64>,
+    mut commands: Commands,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    *device_count += u64::from(device.is_some_and(|d| d.is_changed()));
+    if meshes.is_none() {
+        return;
+    }
+    for (entity, settings, engine, (mut extraction, surface)) in &mut clays {
+        let tier = match settings.mesh {
+            MeshQuality::Off => {
+                if surface.is_some() {
+                    commands.entity(entity).remove::<(ClaySurface, Mesh3d, Aabb)>();
+                }
+                continue;
+            }
+            MeshQuality::Coarse => Tier::Coarse,
+            MeshQuality::Fine => Tier::Fine,
+        };
+        let (generation, revision) = (engine.generation, engine.revision);
+        let state = State { generation, revision, quality: settings.mesh, device: *device_count };
+        if extraction.under_way.is_none()
+            && !engine.is_leaving
+            && surface.is_none_or(|s| s.state != state)
+            && let Some(make) = engine.surface_deferred()
+        {
+            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier) });
+            extraction.under_way = Some((state, task));
+        }
+    }
+}

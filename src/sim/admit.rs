@@ -1,0 +1,43 @@
+//! What a snapshot's numbers have to be for an engine's indices to hold.
+
+use super::params::{BLOCK, CELLS_MAX, PADDING, ParamsError};
+use super::snapshot::{Particle, Snapshot};
+
+/// Checks what a snapshot's numbers have to be for the engine's indices to hold; returns the particles in motion and the ids of those not finite.
+pub(super) fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), ParamsError> {
+    snapshot.material.validate()?;
+    let d = &snapshot.domain;
+    let fits = |c: i32| c >= BLOCK && c % BLOCK == 0 && c <= CELLS_MAX - PADDING;
+    if !(d.cell_width.is_finite() && d.cell_width > 0.0 && d.origin.is_finite() && d.cells.to_array().into_iter().all(fits)) {
+        let reason = format!("cells must be multiples of {BLOCK} up to {}, the cell width positive", CELLS_MAX - PADDING);
+        return Err(ParamsError::new("domain", format!("{} cells of {} m", d.cells, d.cell_width), reason));
+    }
+    let (low, high) = d.wall_nodes();
+    let (mut moving, mut quarantined) = (Vec::with_capacity(snapshot.particles.len()), vec![]);
+    for p in &snapshot.particles {
+        if !p.is_finite() {
+            quarantined.push(p.id);
+            continue;
+        }
+        let x = p.grid();
+        if !(x.cmpge(low.as_dvec3()).all() && x.cmple(high.as_dvec3()).all()) {
+            let world = d.to_world(x);
+            return Err(ParamsError::new(
+                "particle position",
+                format!("{world} (id {})", p.id),
+                "must lie between the domain's walls",
+            ));
+        }
+        if p.rest_volume <= 0.0 {
+            return Err(ParamsError::new("rest_volume", format!("{} (id {})", p.rest_volume, p.id), "must be positive"));
+        }
+        // Cell and offset as the sort needs them, and sides that are signs, whoever made the snapshot.
+        let mut p = *p;
+        if p.offset.iter().any(|o| !(0.0..=1.0).contains(o)) {
+            p.set_grid(x);
+        }
+        p.tags.iter_mut().for_each(|t| t.side = t.side.signum());
+        moving.push(p);
+    }
+    Ok((moving, quarantined))
+}

@@ -1,0 +1,289 @@
+//! The GPU engine: wgpu compute passes over particles and 4^3 blocks of nodes, fixed-point node sums; the same bits in every run.
+//!
+//! | file       | does                                                                       |
+//! |------------|----------------------------------------------------------------------------|
+//! | `encode`   | the order of the passes, once                                              |
+//! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts   |
+//! | `layout`   | Rust twins of the WGSL structs                                             |
+//! | `buffers`  | buffers, what is bound where, limits                                       |
+//! | `kernels`  | pipelines                                                                  |
+//! | `plan`     | fixed-point scales, how often particles are re-binned                      |
+//! | `solver`   | frames under way, redo, growth                                             |
+//! | `readback` | what comes back, without waiting; `stamps`: device times                   |
+//! | `report`   | sums -> a frame's report                                                   |
+//! | `device`   | a device without a window, limits, `CLAY_GPU`                              |
+//!
+//! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on the device sets a bit in the
+//! status word, every later pass returns at once, and the host runs the frame again from records that nothing touched.
+
+mod buffers;
+mod device;
+mod encode;
+mod kernels;
+mod layout;
+mod pass;
+mod plan;
+mod readback;
+mod report;
+mod solver;
+mod stamps;
+mod trace;
+mod wgsl;
+
+pub use device::{GpuDevice, GpuError, GpuMode};
+pub use layout::TOOLS_MAX;
+
+use super::admit::admit;
+use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceSource};
+use super::params::ParamsError;
+use super::snapshot::Snapshot;
+use device::guarded;
+use kernels::Kernels;
+use solver::{Latest, Share, Solver};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+/// Frames that may be under way.
+const PENDING_MAX: usize = 2;
+/// Submissions that may wait on the device: one runs, one is ready.
+const SUBMISSIONS_MAX: usize = 2;
+
+/// The engine of compute passes, on a device of its own or of an app.
+pub struct GpuEngine {
+    link: GpuLink,
+    is_linked: bool,
+    submissions: Arc<AtomicUsize>,
+    pending: usize,
+    /// Failures among the reports handed out.
+    failures: u64,
+    latest: Option<Arc<Latest>>,
+}
+
+/// The device's side of an engine: whoever owns the frame's encoder records the passes through it.
+#[derive(Clone)]
+pub struct GpuLink {
+    shared: Arc<Shared>,
+    share: Share,
+}
+
+struct Shared {
+    device: GpuDevice,
+    /// Without and with cuts.
+    kernels: [Arc<Kernels>; 2],
+    /// Plans handed in since the last encoding. Never held for long.
+    inbox: Mutex<Vec<(FramePlan, u64)>>,
+    /// Held while passes are recorded.
+    solver: Mutex<Option<Solver>>,
+    /// What the last encoding could not do.
+    fault: Mutex<Option<GpuError>>,
+}
+
+/// A panic elsewhere does not make what is locked worse.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl GpuLink {
+    /// Records the passes of a frame that waits, at most one submission's worth. Records nothing if there is none.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) -> bool {
+        let mut guard = lock(&self.shared.solver);
+        let Some(solver) = guard.as_mut() else { return false };
+        lock(&self.shared.inbox).drain(..).for_each(|(plan, failures)| solver.push(plan, failures));
+        let device = &self.shared.device.device;
+        let encoded = guarded(device, "a frame's passes", || solver.encode(encoder, self.share)).and_then(|result| result);
+        encoded.unwrap_or_else(|error| {
+            *lock(&self.shared.fault) = Some(error);
+            false
+        })
+    }
+
+    /// To be called after the encoder's commands were submitted.
+    pub fn submitted(&self) {
+        if let Some(solver) = lock(&self.shared.solver).as_mut()
+            && let Err(error) = guarded(&self.shared.device.device, "reading back", || solver.submitted())
+        {
+            *lock(&self.shared.fault) = Some(error);
+        }
+    }
+}
+
+impl GpuEngine {
+    /// An engine that records and submits by itself. Compiles its shaders: seconds on software adapters.
+    ///
+    /// # Errors
+    /// A device that refuses the shaders.
+    pub fn new(device: GpuDevice) -> Result<Self, GpuError> {
+        let kernels = [1, 3].map(|classes| Kernels::new(&device.device, classes));
+        let [plain, cut] = kernels;
+        let kernels = [Arc::new(plain?), Arc::new(cut?)];
+        let shared = Shared { device, kernels, inbox: Mutex::default(), solver: Mutex::default(), fault: Mutex::default() };
+        Ok(Self {
+            link: GpuLink { shared: Arc::new(shared), share: Share::All },
+            is_linked: false,
+            submissions: Arc::default(),
+            pending: 0,
+            failures: 0,
+            latest: None,
+        })
+    }
+
+    /// An engine whose passes are recorded by whoever holds the link: an app's render graph.
+    ///
+    /// # Errors
+    /// A device that refuses the shaders.
+    pub fn linked(device: GpuDevice) -> Result<(Self, GpuLink), GpuError> {
+        let mut engine = Self { is_linked: true, ..Self::new(device)? };
+        engine.link.share = Share::Frame;
+        let link = engine.link.clone();
+        Ok((engine, link))
+    }
+
+    /// Another engine on the same device, with the shaders compiled already.
+    #[must_use]
+    pub fn sibling(&self) -> Self {
+        let from = &self.link.shared;
+        let shared = Shared {
+            device: from.device.clone(),
+            kernels: from.kernels.clone(),
+            inbox: Mutex::default(),
+            solver: Mutex::default(),
+            fault: Mutex::default(),
+        };
+        Self {
+            link: GpuLink { shared: Arc::new(shared), share: self.link.share },
+            is_linked: self.is_linked,
+            submissions: Arc::default(),
+            pending: 0,
+            failures: 0,
+            latest: None,
+        }
+    }
+
+    /// How often frames of this clay were run again, for whatever reason: room for blocks, headroom of fixed point, speed.
+    #[doc(hidden)]
+    pub fn reruns(&self) -> u64 {
+        lock(&self.link.shared.solver).as_ref().map_or(0, Solver::reruns)
+    }
+
+    /// The device's side of this engine.
+    #[must_use]
+    pub fn link(&self) -> GpuLink {
+        self.link.clone()
+    }
+
+    /// Records and submits while there is something to run and the device is not busy enough.
+    fn pump(&self) {
+        let GpuDevice { device, queue, .. } = &self.link.shared.device;
+        while !self.is_linked && self.submissions.load(Ordering::Acquire) < SUBMISSIONS_MAX {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("clay") });
+            if !self.link.encode(&mut encoder) {
+                return;
+            }
+            self.submissions.fetch_add(1, Ordering::AcqRel);
+            if let Err(error) = guarded(device, "a frame's commands", || queue.submit([encoder.finish()])) {
+                *lock(&self.link.shared.fault) = Some(error);
+                return;
+            }
+            let submissions = self.submissions.clone();
+            queue.on_submitted_work_done(move || {
+                submissions.fetch_sub(1, Ordering::AcqRel);
+            });
+            self.link.submitted();
+        }
+    }
+
+    fn latest(&self) -> Result<&Arc<Latest>, EngineError> {
+        self.latest.as_ref().ok_or(EngineError::NotLoaded)
+    }
+}
+
+impl Engine for GpuEngine {
+    fn describe(&self) -> String {
+        format!("GPU engine on {}", self.link.shared.device.describe())
+    }
+
+    fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError> {
+        let (particles, quarantined) = admit(snapshot)?;
+        let shared = &self.link.shared;
+        let GpuDevice { device, queue, .. } = &shared.device;
+        let solver = Solver::new(device, queue, shared.kernels.clone(), snapshot, particles, quarantined)?;
+        self.latest = Some(solver.latest());
+        self.pending = 0;
+        self.failures = 0;
+        let mut guard = lock(&shared.solver);
+        lock(&shared.inbox).clear();
+        *lock(&shared.fault) = None;
+        *guard = Some(solver);
+        Ok(())
+    }
+
+    fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
+        plan.validate()?;
+        self.latest()?;
+        if plan.tools.len() > TOOLS_MAX as usize {
+            let reason = format!("must be at most {TOOLS_MAX} on this engine");
+            return Err(ParamsError::new("tools", plan.tools.len(), reason).into());
+        }
+        if self.pending >= PENDING_MAX {
+            return Err(EngineError::Busy(self.pending));
+        }
+        lock(&self.link.shared.inbox).push((plan, self.failures));
+        self.pending += 1;
+        self.pump();
+        Ok(())
+    }
+
+    fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
+        self.latest()?;
+        if let Some(error) = lock(&self.link.shared.fault).take() {
+            return Err(error.into());
+        }
+        // An app's own submissions tell what has ended; asking here would wait for one under way.
+        if !self.is_linked
+            && let Err(error) = self.link.shared.device.device.poll(wgpu::PollType::Poll)
+        {
+            return Err(EngineError::Stopped(format!("the graphics device does not answer: {error}")));
+        }
+        let report = match self.link.shared.solver.try_lock() {
+            Ok(mut guard) => match guard.as_mut() {
+                Some(solver) => {
+                    let report = solver.poll()?;
+                    if report.is_some() {
+                        self.latest = Some(solver.latest());
+                        self.failures = solver.failures();
+                    }
+                    report
+                }
+                None => None,
+            },
+            // Passes are being recorded: nobody waits for that here.
+            Err(TryLockError::WouldBlock) => None,
+            Err(TryLockError::Poisoned(_)) => return Err(EngineError::Stopped("recording its passes failed".into())),
+        };
+        self.pending -= usize::from(report.is_some());
+        self.pump();
+        Ok(report)
+    }
+
+    fn surface(&self) -> Option<SurfaceSource> {
+        self.latest.as_ref().map(|l| l.surface())
+    }
+
+    fn save(&self) -> Result<Snapshot, EngineError> {
+        Ok(self.latest()?.snapshot())
+    }
+
+    fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
+        let latest = self.latest.clone()?;
+        Some(Box::new(move || latest.surface()))
+    }
+
+    fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+        let latest = self.latest()?.clone();
+        Ok(Box::new(move || latest.snapshot()))
+    }
+
+    fn pending(&self) -> usize {
+        self.pending
+    }
+}

@@ -1,0 +1,12 @@
+// Starts a substep: node sums to zero.
+
+@group(0) @binding(8) var<storage, read_write> sums: array<vec4i>;
+
+@compute @workgroup_size(WORKGROUP)
+fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if is_halted() { return; }
+    if i == 0u { atomicAdd(&status.substep, 1u); }
+    if i >= atomicLoad(&status.slot_count) * CLASSES * 64u { return; }
+    sums[i] = vec4i(0);
+}

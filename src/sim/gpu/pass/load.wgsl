@@ -1,0 +1,28 @@
+// Records (29 words, SI, as in a snapshot) -> state (cells and substeps).
+
+@group(0) @binding(4) var<storage, read> records: array<u32>;
+
+fn number(at: u32) -> f32 {
+    return bitcast<f32>(records[at]);
+}
+
+fn numbers(at: u32) -> vec3f {
+    return vec3f(number(at), number(at + 1u), number(at + 2u));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if i >= params.particle_count || is_halted() { return; }
+    let r = i * RECORD_WORDS;
+    let cell = vec3i(i32(records[r]), i32(records[r + 1u]), i32(records[r + 2u]));
+    let e = Sym(numbers(r + 18u), numbers(r + 21u));
+    let tau = stress(e);
+    state[at(POSITION, i)] = vec4f(numbers(r + 3u), bitcast<f32>(pack_cell(cell)));
+    state[at(VELOCITY, i)] = vec4f(numbers(r + 6u) / params.velocity_unit, bitcast<f32>(records[r + 28u]));
+    state[at(AFFINE, i)] = vec4f(numbers(r + 9u) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + 26u) / params.mass_unit);
+    state[at(AFFINE + 1u, i)] = vec4f(numbers(r + 12u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), 0.0);
+    state[at(AFFINE + 2u, i)] = vec4f(numbers(r + 15u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
+    state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
+    state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + 24u), bitcast<f32>(i));
+}

@@ -1,0 +1,62 @@
+//! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
+
+use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL};
+
+/// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass {
+    pub name: &'static str,
+    pub parts: &'static [&'static str],
+    pub text: &'static str,
+    /// Whether it is for clay with cuts only.
+    pub is_for_cuts: bool,
+}
+
+macro_rules! passes {
+    ($($id:ident = $name:literal, $cuts:literal, [$($part:ident),*];)*) => {
+        /// Names a pass.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub(super) enum Id { $(#[doc = $name] $id),* }
+
+        /// All passes, in the order of [`Id`].
+        pub(super) const PASSES: &[Pass] = &[$(Pass {
+            name: $name,
+            parts: &[$($part),*],
+            text: include_str!(concat!($name, ".wgsl")),
+            is_for_cuts: $cuts,
+        }),*];
+    };
+}
+
+passes! {
+    // Once a submission, once a frame.
+    Begin = "begin", false, [];
+    Load = "load", false, [STATE, LAW];
+    // Re-bin, every few substeps.
+    Mark = "mark", false, [STATE];
+    ScanSums = "scan_sums", false, [];
+    ScanChunks = "scan_chunks", false, [];
+    ScanWrite = "scan_write", false, [];
+    Slots = "slots", false, [TABLE];
+    Count = "count", false, [STATE, TABLE];
+    Place = "place", false, [];
+    Order = "order", false, [STATE];
+    // Substep.
+    Clear = "clear", false, [];
+    Tags = "tags", true, [STATE, TOOL];
+    P2g = "p2g", false, [STATE, TABLE];
+    Sides = "sides", true, [FOLD];
+    Grid = "grid", false, [TABLE, TOOL, FOLD];
+    G2p = "g2p", false, [STATE, TABLE, LAW, TOOL];
+    // Frame's end.
+    Store = "store", false, [STATE, LAW];
+    Total = "total", false, [STATE, LAW];
+    Mass = "mass", false, [];
+}
+
+impl Id {
+    /// The pass.
+    pub(super) fn pass(self) -> &'static Pass {
+        &PASSES[self as usize]
+    }
+}

@@ -1,0 +1,41 @@
+// Mass and momentum of each class to the nodes, with the stress impulse, in fixed point: sums do not depend on their order.
+
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>;
+
+@compute @workgroup_size(WORKGROUP)
+fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if i >= params.particle_count || is_halted() { return; }
+    let velocity = state[at(VELOCITY, i)];
+    let a0 = state[at(AFFINE, i)];
+    let mass = a0.w;
+    let affine = mat3x3f(a0.xyz, state[at(AFFINE + 1u, i)].xyz, state[at(AFFINE + 2u, i)].xyz);
+    let s = stencil(state[at(POSITION, i)]);
+    // The stencil reaches 1.5 cells: no node gets more momentum than mass * reach.
+    let reach = abs(velocity.xyz) + 1.5 * (abs(affine[0]) + abs(affine[1]) + abs(affine[2]));
+    let most = max(reach.x, max(reach.y, reach.z));
+    if !is_finite(most) { halt(NON_FINITE); return; }
+    if most > params.reach_limit {
+        atomicStore(&status.reach_met, 1u);
+        halt(OVERFLOW);
+        return;
+    }
+    let class_ = class_of(bitcast<u32>(velocity.w));
+    for (var xy = 0; xy < 9; xy++) {
+        let o = vec2i(xy / 3, xy % 3);
+        let first = s.base + vec3i(o, 0);
+        let slots = slots_along_z(first);
+        if slots.x == 0u || slots.y == 0u { halt(MARGIN); return; }
+        let w = mass * (weight(s.f.x, o.x) * weight(s.f.y, o.y));
+        let along = velocity.xyz + affine[0] * (f32(o.x) - s.f.x) + affine[1] * (f32(o.y) - s.f.y);
+        for (var z = 0; z < 3; z++) {
+            let place = 4u * node_place(slot_at(slots, first, z), class_, first + vec3i(0, 0, z));
+            let m = w * weight(s.f.z, z);
+            let q = (m * params.momentum_scale) * (along + affine[2] * (f32(z) - s.f.z));
+            atomicAdd(&sums[place], i32(round(q.x)));
+            atomicAdd(&sums[place + 1u], i32(round(q.y)));
+            atomicAdd(&sums[place + 2u], i32(round(q.z)));
+            atomicAdd(&sums[place + 3u], i32(round(m * params.mass_scale)));
+        }
+    }
+}

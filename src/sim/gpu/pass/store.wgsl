@@ -1,0 +1,53 @@
+// State -> records (SI) and surface particles (24 bytes). What the substeps do not change comes from the particle's record before.
+
+@group(0) @binding(4) var<storage, read> records: array<u32>;
+@group(0) @binding(5) var<storage, read_write> stored: array<u32>;
+@group(0) @binding(20) var<storage, read_write> surface: array<u32>;
+
+fn put(at: u32, v: vec3f) {
+    stored[at] = bitcast<u32>(v.x);
+    stored[at + 1u] = bitcast<u32>(v.y);
+    stored[at + 2u] = bitcast<u32>(v.z);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if i >= params.particle_count || is_halted() { return; }
+    let position = state[at(POSITION, i)];
+    let velocity = state[at(VELOCITY, i)];
+    let a = state[at(STRAIN, i)];
+    let b = state[at(STRAIN + 1u, i)];
+    let e = Sym(a.xyz, vec3f(a.w, b.xy));
+    let tau = stress(e);
+    let a0 = state[at(AFFINE, i)];
+    let cell = unpack_cell(bitcast<u32>(position.w));
+    let r = i * RECORD_WORDS;
+    let from_ = bitcast<u32>(b.w) * RECORD_WORDS;
+    stored[r] = u32(cell.x);
+    stored[r + 1u] = u32(cell.y);
+    stored[r + 2u] = u32(cell.z);
+    put(r + 3u, position.xyz);
+    put(r + 6u, velocity.xyz * params.velocity_unit);
+    put(r + 9u, (a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y)) * params.rate_unit);
+    put(r + 12u, (state[at(AFFINE + 1u, i)].xyz + vec3f(tau.o.x, tau.d.y, tau.o.z)) * params.rate_unit);
+    put(r + 15u, (state[at(AFFINE + 2u, i)].xyz + vec3f(tau.o.y, tau.o.z, tau.d.z)) * params.rate_unit);
+    put(r + 18u, e.d);
+    put(r + 21u, e.o);
+    stored[r + 24u] = bitcast<u32>(b.z);
+    stored[r + 25u] = records[from_ + 25u];
+    stored[r + 26u] = records[from_ + 26u];
+    stored[r + 27u] = records[from_ + 27u];
+    stored[r + 28u] = bitcast<u32>(velocity.w);
+
+    let x = vec3f(cell) + position.xyz;
+    let f = 1.0 + e.d;
+    let det = f.x * (f.y * f.z - e.o.z * e.o.z) - e.o.x * (e.o.x * f.z - e.o.z * e.o.y) + e.o.y * (e.o.x * e.o.z - f.y * e.o.y);
+    let q = i * 6u;
+    surface[q] = bitcast<u32>(x.x);
+    surface[q + 1u] = bitcast<u32>(x.y);
+    surface[q + 2u] = bitcast<u32>(x.z);
+    surface[q + 3u] = bitcast<u32>(sqrt(max(det, 0.0)));
+    surface[q + 4u] = bitcast<u32>(a0.w * params.density_unit);
+    surface[q + 5u] = bitcast<u32>(velocity.w);
+}

@@ -1,0 +1,52 @@
+// Particles that a blade came near, or swept over, take their side of it (`tool::Blade::near`); those behind it are put back.
+
+const SET_BACK: f32 = 1e-3; // in front of the blade [cells]
+
+fn is_inside(t: Tool, q: vec2f) -> bool {
+    return all(abs(q) <= t.size.xy);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if i >= params.particle_count || is_halted() { return; }
+    var position = state[at(POSITION, i)];
+    var velocity = state[at(VELOCITY, i)];
+    let cell = unpack_cell(bitcast<u32>(position.w));
+    let start = position.xyz;
+    var x = start;
+    var packed = bitcast<u32>(velocity.w);
+    for (var index = 0u; index < params.tool_count; index++) {
+        let t = tool_now(index);
+        if t.shape != BLADE { continue; }
+        let before = local_start(t, cell, x - velocity.xyz);
+        let after = local_end(t, cell, x);
+        let was_near = is_inside(t, before.xy) && abs(before.z) <= BAND;
+        let is_near = is_inside(t, after.xy) && abs(after.z) <= BAND;
+        let crosses = (before.z < 0.0) != (after.z < 0.0);
+        let foot = mix(before.xy, after.xy, before.z / select(1.0, before.z - after.z, crosses));
+        let is_swept = crosses && is_inside(t, foot);
+        let at_blade = is_near || is_swept;
+        let side = (packed >> 8u) & 255u;
+        if at_blade && (!was_near || side == 0u) {
+            let taken = select(1u, 255u, before.z < 0.0);
+            packed = (packed & 0xffff0000u) | t.sheet | (taken << 8u);
+            atomicAdd(&status.tools[index].tagged, 1u);
+        }
+        // 1 in front, 255 (-1) behind, 0 none.
+        let sign = i32((packed >> 8u) & 255u);
+        let s = f32(select(sign, sign - 256, sign > 127));
+        if (packed & 255u) == t.sheet && at_blade && after.z * s < 0.0 {
+            x += t.end_rotation[2] * (s * SET_BACK - after.z);
+            atomicAdd(&status.tools[index].pushed_back, 1u);
+            atomicMax(&status.tools[index].depth, bitcast<u32>(abs(after.z)));
+        }
+    }
+    if any(x != start) {
+        x = clamp(x, vec3f(params.wall_low - cell), vec3f(params.wall_high - cell));
+        let whole = floor(x);
+        position = vec4f(x - whole, bitcast<f32>(pack_cell(cell + vec3i(whole))));
+        state[at(POSITION, i)] = position;
+    }
+    state[at(VELOCITY, i)].w = bitcast<f32>(packed);
+}

@@ -1,0 +1,61 @@
+// Sums over the particles, one partial sum a workgroup; the host adds them up in f64. In masses, cells and substeps.
+
+struct Total {
+    momentum: vec3f,
+    momentum_size: f32, // sum of m |v|
+    angular: vec3f, // about params.centre, with the affine part
+    kinetic: f32,
+    strain: vec3f, // sums of m |H|^2, m tr(H)^2, m J
+    mass: f32,
+    ratio: vec2f, // least and greatest J
+    reach: f32, // greatest |v + A d|
+    spare: f32,
+}
+
+@group(0) @binding(18) var<storage, read_write> totals: array<Total>;
+
+var<workgroup> partial: array<Total, WORKGROUP>;
+
+fn of_particle(i: u32) -> Total {
+    let position = state[at(POSITION, i)];
+    let v = state[at(VELOCITY, i)].xyz;
+    let a0 = state[at(AFFINE, i)];
+    let a1 = state[at(AFFINE + 1u, i)].xyz;
+    let a2 = state[at(AFFINE + 2u, i)].xyz;
+    let a = state[at(STRAIN, i)];
+    let b = state[at(STRAIN + 1u, i)];
+    let e = Sym(a.xyz, vec3f(a.w, b.xy));
+    let h = hencky(e);
+    let tau = stress_of(h);
+    let c0 = a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y);
+    let c1 = a1 + vec3f(tau.o.x, tau.d.y, tau.o.z);
+    let c2 = a2 + vec3f(tau.o.y, tau.o.z, tau.d.z);
+    let m = a0.w;
+    let x = vec3f(unpack_cell(bitcast<u32>(position.w)) - params.centre) + position.xyz;
+    // A quadratic spline's inertia: sum of w (x_i - x_p)^2 = 1/4 along each axis.
+    let curl = vec3f(c1.z - c2.y, c2.x - c0.z, c0.y - c1.x);
+    let square = dot(v, v) + 0.25 * (dot(c0, c0) + dot(c1, c1) + dot(c2, c2));
+    let ratio = 1.0 + expm1(trace(h));
+    let reach = abs(v) + 1.5 * (abs(a0.xyz) + abs(a1) + abs(a2));
+    return Total(m * v, m * length(v), m * (cross(x, v) + 0.25 * curl), 0.5 * m * square,
+        m * vec3f(norm2(h), trace(h) * trace(h), ratio), m, vec2f(ratio), max(reach.x, max(reach.y, reach.z)), 0.0);
+}
+
+fn sum(a: Total, b: Total) -> Total {
+    return Total(a.momentum + b.momentum, a.momentum_size + b.momentum_size, a.angular + b.angular, a.kinetic + b.kinetic,
+        a.strain + b.strain, a.mass + b.mass, vec2f(min(a.ratio.x, b.ratio.x), max(a.ratio.y, b.ratio.y)), max(a.reach, b.reach), 0.0);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn total(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    var here = Total(vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec2f(1e30, -1e30), 0.0, 0.0);
+    if i < params.particle_count && !is_halted() { here = of_particle(i); }
+    partial[k] = here;
+    for (var step = WORKGROUP / 2u; step > 0u; step /= 2u) {
+        workgroupBarrier();
+        if k < step { partial[k] = sum(partial[k], partial[k + step]); }
+    }
+    let place = group.y * groups.x + group.x;
+    if k == 0u && place < arrayLength(&totals) { totals[place] = partial[0]; }
+}

@@ -1,0 +1,165 @@
+//! Sums that came back from the device -> a frame's report, in f64 and SI.
+
+use super::super::engine::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
+use super::super::material::ClayMaterial;
+use super::super::params::Domain;
+use super::super::snapshot::Particle;
+use super::super::sums::ParticleSums;
+use super::layout::{Status, Total, centre};
+use super::plan::Forecast;
+use glam::{DMat3, DVec3};
+
+/// Adds up the workgroups' partial sums of a frame with substeps of `dt` [s] over `count` particles of `volume` [m^3] at rest; beside them the greatest
+/// |v + A d| [cells/substep].
+pub(super) fn sums(
+    domain: &Domain,
+    mass_unit: f64,
+    totals: &[Total],
+    dt: f64,
+    (count, volume): (usize, f64),
+) -> (ParticleSums, f64) {
+    let speed_unit = domain.cell_width / dt;
+    let mut s = ParticleSums { count, volume, ..ParticleSums::ZERO };
+    let mut reach = 0.0f64;
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    for t in totals {
+        s.momentum += vector(t.momentum);
+        s.speed += f64::from(t.momentum_size);
+        s.angular += vector(t.angular);
+        s.kinetic += f64::from(t.kinetic);
+        let [norm, trace, volume] = t.strain.map(f64::from);
+        s.strain = (s.strain.0 + norm, s.strain.1 + trace);
+        s.present_volume += volume;
+        s.ratio = (s.ratio.0.min(t.ratio[0].into()), s.ratio.1.max(t.ratio[1].into()));
+        reach = reach.max(t.reach.into());
+    }
+    s.momentum *= mass_unit * speed_unit;
+    s.speed *= mass_unit * speed_unit;
+    s.kinetic *= mass_unit * speed_unit * speed_unit;
+    let middle = domain.to_world(centre(domain).as_dvec3());
+    s.angular = s.angular * (mass_unit * speed_unit * domain.cell_width) + middle.cross(s.momentum);
+    s.strain = (s.strain.0 * mass_unit, s.strain.1 * mass_unit);
+    s.present_volume *= mass_unit;
+    (s, reach)
+}
+
+/// Sums over particles as loaded, by the host.
+pub(super) fn start_sums(domain: &Domain, particles: &[Particle]) -> ParticleSums {
+    let mut s = ParticleSums { count: particles.len(), ..ParticleSums::ZERO };
+    let inertia = domain.cell_width * domain.cell_width / 4.0;
+    for p in particles {
+        let volume = f64::from(p.rest_volume);
+        let v = DVec3::from_array(p.velocity.map(f64::from));
+        let a = DMat3::from_cols_array_2d(&p.affine.map(|c| c.map(f64::from)));
+        let curl = DVec3::new(a.y_axis.z - a.z_axis.y, a.z_axis.x - a.x_axis.z, a.x_axis.y - a.y_axis.x);
+        let square: f64 = a.to_cols_array().iter().map(|c| c * c).sum();
+        let j = p.volume_ratio();
+        s.momentum += volume * v;
+        s.angular += volume * (domain.to_world(p.grid()).cross(v) + inertia * curl);
+        s.speed += volume * v.length();
+        s.kinetic += 0.5 * volume * (v.length_squared() + inertia * square);
+        s.ratio = (s.ratio.0.min(j), s.ratio.1.max(j));
+        s.volume += volume;
+        s.present_volume += volume * j;
+        // To first order; replaced by the device's at the first frame's end.
+        let [xx, yy, zz, xy, xz, yz] = p.elastic_strain.map(|e| 0.5 * f64::from(e));
+        s.strain.0 += volume * (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz));
+        s.strain.1 += volume * (xx + yy + zz).powi(2);
+    }
+    s
+}
+
+/// What the first frames can count on: speeds from velocities, affine parts and a bound on the stress.
+pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Particle], mass_unit: f64) -> Forecast {
+    let (mut speed, mut reach, mut mass) = (0.0f64, 0.0f64, 0.0f64);
+    let modulus = 2.0 * material.lame_mu() + 3.0 * material.lame_lambda();
+    for p in particles {
+        let v = p.velocity.iter().map(|v| f64::from(v.abs())).fold(0.0, f64::max);
+        let a = p.affine.iter().flatten().map(|a| f64::from(a.abs())).fold(0.0, f64::max);
+        let e = p.elastic_strain.iter().map(|e| f64::from(e.abs())).fold(0.0, f64::max);
+        // Stress over density and the speed at which it acts in a substep at the stability limit.
+        let push = modulus * e / (material.density * material.wave_speed(material.density));
+        speed = speed.max(v);
+        reach = reach.max(v + 4.5 * a * domain.cell_width + push);
+        mass = mass.max(f64::from(p.rest_volume) / mass_unit);
+    }
+    let mut counts = std::collections::HashMap::<[i32; 3], u32>::new();
+    for p in particles {
+        *counts.entry(p.cell).or_default() += 1;
+    }
+    let cell_count = counts.into_values().max().unwrap_or(1);
+    let mass_max = mass.max(1e-6);
+    Forecast { reach, speed, cell_count, node_mass: f64::from(cell_count) * mass_max, mass_max }
+}
+
+/// Counters of the status word.
+pub(super) fn add_status(report: &mut FrameReport, plan: &FramePlan, status: &Status) {
+    report.speed_max = status.speed.into();
+    report.clamped = status.clamped.into();
+    report.tools = plan
+        .tools
+        .iter()
+        .zip(&status.tools)
+        .map(|(path, count)| ToolReport {
+            id: path.id,
+            tagged: count.tagged.into(),
+            pushed_back: count.pushed_back.into(),
+            depth_max: count.depth.into(),
+            ..ToolReport::default()
+        })
+        .collect();
+}
+
+/// Impulses of walls, damping and tools over the frame, summed by block on the device.
+pub(super) fn add_impulses(
+    report: &mut FrameReport,
+    plan: &FramePlan,
+    domain: &Domain,
+    mass_unit: f64,
+    impulses: &[[f32; 4]],
+    tools: usize,
+) {
+    let mut sums = vec![[0.0f64; 4]; 2 + 2 * tools];
+    for row in impulses.chunks_exact(sums.len()) {
+        for (sum, part) in sums.iter_mut().zip(row) {
+            for d in 0..4 {
+                sum[d] += f64::from(part[d]);
+            }
+        }
+    }
+    let unit = plan.inertial_density() * mass_unit * domain.cell_width / report.dt;
+    let vector = |s: [f64; 4]| DVec3::new(s[0], s[1], s[2]) * unit;
+    report.wall_impulse = vector(sums[0]);
+    report.impulse_scale = sums[0][3] * unit;
+    report.damping_impulse = vector(sums[1]);
+    let duration = report.dt * f64::from(report.steps);
+    report.gravity_impulse = plan.gravity * (report.particle_mass / plan.density_scale) * duration;
+    for (tool, pair) in report.tools.iter_mut().zip(sums[2..].chunks_exact(2)) {
+        tool.impulse = vector(pair[0]);
+        tool.angular_impulse = vector(pair[1]) * domain.cell_width;
+        tool.force = tool.impulse / duration;
+        tool.torque = tool.angular_impulse / duration;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let contacts = pair[0][3] as u64;
+        tool.contacts = contacts;
+        report.impulse_scale += pair[1][3] * unit;
+    }
+}
+
+/// Sum of node masses at the last substep.
+pub(super) fn add_grid_mass(report: &mut FrameReport, plan: &FramePlan, mass_unit: f64, scale: f32, masses: &[[u32; 2]]) {
+    let sum: u64 = masses.iter().map(|m| (u64::from(m[0]) << 16) + u64::from(m[1])).sum();
+    report.grid_mass = sum as f64 / f64::from(scale) * mass_unit * plan.inertial_density();
+}
+
+/// What the surface needs of a particle.
+#[expect(clippy::cast_possible_truncation, reason = "the surface is f32")]
+pub(super) fn surface_particle(p: &Particle, cell_width: f64) -> SurfaceParticle {
+    let [first, second] = p.tags;
+    SurfaceParticle {
+        position: std::array::from_fn(|d| p.cell[d] as f32 + p.offset[d]),
+        volume_ratio: p.volume_ratio() as f32,
+        density_weight: (f64::from(p.rest_volume) / cell_width.powi(3)) as f32,
+        tags: u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()]),
+    }
+}

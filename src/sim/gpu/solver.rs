@@ -1,0 +1,499 @@
+//! Frames on the device: what waits, what is under way, what came back; and what is done about trouble.
+
+use super::super::engine::{EngineError, FramePlan, FrameReport, SurfaceSource};
+use super::super::health::Health;
+use super::super::material::ClayMaterial;
+use super::super::params::{BLOCK, Domain};
+use super::super::snapshot::{Particle, Snapshot};
+use super::super::sums::{ParticleSums, judge};
+use super::buffers::{self, Buffers, NodeSize};
+use super::device::{GpuError, guarded};
+use super::encode::{Encoding, Part, Work};
+use super::kernels::Kernels;
+use super::layout::{Params, ParamsInput, Status, flag};
+use super::plan::{Forecast, Scales, interval};
+use super::readback::{Progress, Readback};
+use super::report::{start_sums, sums};
+use super::stamps::Stamps;
+use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// How often a frame is halved before it is given up, as on the native engine.
+const REDO_MAX: u32 = 4;
+/// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
+const RETRY_MAX: u32 = 12;
+/// Room for blocks beyond those there are: clay spreads.
+const SLOT_HEADROOM: f64 = 1.3;
+
+/// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is for drawing. Clay that needs more takes
+/// several frames, and the app stays smooth.
+const FRAME_SECONDS: f64 = 0.01;
+/// Substeps in an app's frame before anything is known of the device.
+const FIRST_STEPS: u32 = 16;
+
+/// How much of the device's time a submission may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Share {
+    /// As much as it wants: nothing else runs there.
+    All,
+    /// What leaves an app room to draw.
+    Frame,
+}
+
+/// The clay at the end of the last reported frame.
+#[derive(Debug)]
+pub(super) struct Latest {
+    pub domain: Domain,
+    pub material: ClayMaterial,
+    pub time: f64,
+    state: LatestState,
+}
+
+#[derive(Debug)]
+enum LatestState {
+    Loaded(Vec<Particle>),
+    Device(Readback),
+}
+
+impl Latest {
+    pub(super) fn snapshot(&self) -> Snapshot {
+        let particles = match &self.state {
+            LatestState::Loaded(particles) => particles.clone(),
+            LatestState::Device(readback) => readback.records(),
+        };
+        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
+    }
+
+    pub(super) fn surface(&self) -> SurfaceSource {
+        let particles = match &self.state {
+            LatestState::Loaded(particles) => {
+                particles.iter().map(|p| super::report::surface_particle(p, self.domain.cell_width)).collect()
+            }
+            LatestState::Device(readback) => readback.surface(),
+        };
+        SurfaceSource { domain: self.domain, particles: Arc::new(particles) }
+    }
+}
+
+/// A plan on its way.
+#[derive(Debug)]
+struct Frame {
+    plan: FramePlan,
+    /// Halvings of the step.
+    redone: u32,
+    /// Redone for more room, more headroom or more re-bins.
+    retries: u32,
+    forecast: Forecast,
+    scales: Scales,
+    interval: u32,
+    /// Substeps encoded.
+    done: u32,
+    health: Health,
+    /// Failures among the reports handed out when it was submitted.
+    failures: u64,
+    readback: Option<Readback>,
+    began: Instant,
+}
+
+impl Frame {
+    fn dt(&self) -> f64 {
+        self.plan.dt / f64::from(1u32 << self.redone)
+    }
+
+    fn steps(&self) -> u32 {
+        self.plan.steps << self.redone
+    }
+
+    /// Chooses scales and re-bins for the present step.
+    fn fit(&mut self, domain: &Domain) {
+        self.scales = Scales::new(&self.plan, domain, self.dt(), &self.forecast);
+        self.interval = interval(&self.plan, domain, self.dt(), &self.forecast);
+    }
+
+    fn is_encoded(&self) -> bool {
+        self.done == self.steps()
+    }
+}
+
+/// One clay on a device.
+pub(super) struct Solver {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    domain: Domain,
+    buffers: Buffers,
+    kernels: [Arc<Kernels>; 2],
+    stamps: Option<Stamps>,
+    frames: VecDeque<Frame>,
+    /// The records that hold the end of the last reported frame.
+    source: usize,
+    clears_flags: bool,
+    /// Whether particles have, or may have by now, sides.
+    has_cuts: bool,
+    mass_unit: f64,
+    /// What is known at the ends of the frames before the next, by the parity of their number.
+    forecasts: [Forecast; 2],
+    reported: usize,
+    sums: ParticleSums,
+    quarantined: Vec<u32>,
+    time: f64,
+    latest: Arc<Latest>,
+    /// Frames that failed.
+    failures: u64,
+    /// Whether the records that the next frame starts from have to be written anew.
+    is_overwritten: bool,
+    last_scales: Scales,
+    reruns: u64,
+    /// Time of a substep on the device, in the last frame [s].
+    substep_seconds: Option<f64>,
+    /// A readback nobody reads any more.
+    spare: Option<Readback>,
+    /// The frame whose readback the submission now being made fills.
+    unsubmitted: Option<usize>,
+}
+
+/// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is exact.
+fn mass_unit(domain: &Domain) -> f64 {
+    (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
+}
+
+/// Number of blocks that the particles' margins reach, as `mark` has it.
+fn block_count(particles: &[Particle]) -> usize {
+    let mut blocks = HashSet::new();
+    for p in particles {
+        let base = (p.grid() - 0.5).floor().as_ivec3();
+        let block = |node: glam::IVec3| node.div_euclid(glam::IVec3::splat(BLOCK));
+        let (low, high) = (block(base - 1), block(base + 3));
+        for x in low.x..=high.x {
+            for y in low.y..=high.y {
+                blocks.extend((low.z..=high.z).map(|z| (x, y, z)));
+            }
+        }
+    }
+    blocks.len()
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a count of blocks, checked against limits before use"
+)]
+fn slot_capacity(blocks: usize) -> u32 {
+    (SLOT_HEADROOM * blocks as f64).min(f64::from(u32::MAX / 64)) as u32 + 64
+}
+
+impl Solver {
+    /// Puts `particles`, finite and inside the domain's room, on the device.
+    ///
+    /// # Errors
+    /// A limit of the device, or memory it does not have.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        kernels: [Arc<Kernels>; 2],
+        snapshot: &Snapshot,
+        particles: Vec<Particle>,
+        quarantined: Vec<u32>,
+    ) -> Result<Self, GpuError> {
+        let domain = snapshot.domain;
+        let has_cuts = particles.iter().any(|p| p.tags[0].side != 0);
+        let count = u32::try_from(particles.len()).unwrap_or(u32::MAX);
+        let classes = if has_cuts { 3 } else { 1 };
+        let size = NodeSize { slots: slot_capacity(block_count(&particles)), classes, tools: 1 };
+        buffers::check_limits(&device.limits(), count, &domain, size)?;
+        let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
+        queue.write_buffer(&made.records[0], 0, bytemuck::cast_slice(&particles));
+        let mass_unit = mass_unit(&domain);
+        let forecast = super::report::forecast(&snapshot.material, &domain, &particles, mass_unit);
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            domain,
+            buffers: made,
+            kernels,
+            stamps: Stamps::new(device, queue),
+            frames: VecDeque::new(),
+            source: 0,
+            clears_flags: true,
+            has_cuts,
+            mass_unit,
+            forecasts: [forecast; 2],
+            reported: 0,
+            sums: start_sums(&domain, &particles),
+            quarantined,
+            time: snapshot.time,
+            latest: Arc::new(Latest {
+                domain,
+                material: snapshot.material,
+                time: snapshot.time,
+                state: LatestState::Loaded(particles),
+            }),
+            last_scales: Scales::default(),
+            failures: 0,
+            is_overwritten: false,
+            reruns: 0,
+            substep_seconds: None,
+            spare: None,
+            unsubmitted: None,
+        })
+    }
+
+    /// The clay at the end of the last reported frame.
+    pub(super) fn latest(&self) -> Arc<Latest> {
+        self.latest.clone()
+    }
+
+    /// For tests of single passes: the buffers, the scales of the last frame, the rest volume of mass 1 [m^3].
+    pub(super) fn buffers(&self) -> &Buffers {
+        &self.buffers
+    }
+
+    pub(super) fn last_scales(&self) -> Scales {
+        self.last_scales
+    }
+
+    pub(super) fn mass_unit(&self) -> f64 {
+        self.mass_unit
+    }
+
+    /// Frames that failed; those given up with them are not counted.
+    pub(super) fn failures(&self) -> u64 {
+        self.failures
+    }
+
+    /// How often frames were run again, for whatever reason.
+    pub(super) fn reruns(&self) -> u64 {
+        self.reruns
+    }
+
+    /// Takes a plan. It is made from what is known of the frame two before it, so that a run depends on its plans alone.
+    /// `failures` counts the frames given up of whose reports the plan's maker knew.
+    pub(super) fn push(&mut self, plan: FramePlan, failures: u64) {
+        let forecast = self.forecasts[(self.reported + self.frames.len()) % 2];
+        let mut frame = Frame {
+            scales: Scales::default(),
+            interval: 1,
+            forecast,
+            plan,
+            redone: 0,
+            retries: 0,
+            done: 0,
+            health: Health::OK,
+            failures,
+            readback: None,
+            began: Instant::now(),
+        };
+        frame.fit(&self.domain);
+        self.frames.push_back(frame);
+    }
+
+    /// Encodes the next submission, if there is anything to run. At most two frames are encoded at a time.
+    ///
+    /// # Errors
+    /// A plan that asks for more than the device has.
+    pub(super) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, share: Share) -> Result<bool, GpuError> {
+        if self.is_doomed() {
+            return Ok(false);
+        }
+        let Some(index) = self.frames.iter().take(2).position(|f| !f.is_encoded()) else { return Ok(false) };
+        if std::mem::take(&mut self.is_overwritten) {
+            let records = self.latest.snapshot().particles;
+            self.queue.write_buffer(&self.buffers.records[self.source], 0, bytemuck::cast_slice(&records));
+        }
+        self.make_room(index)?;
+        let source = (self.source + index) % 2;
+        let frame = &mut self.frames[index];
+        let most = match (share, self.substep_seconds) {
+            (Share::All, _) => u32::MAX,
+            (Share::Frame, None) => FIRST_STEPS,
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates, as it should")]
+            (Share::Frame, Some(seconds)) => (FRAME_SECONDS / seconds) as u32,
+        };
+        let part = Part::next(frame.done, frame.steps(), frame.interval, most);
+        let dt = frame.dt();
+        let params = Params::new(&ParamsInput {
+            domain: &self.domain,
+            plan: &frame.plan,
+            dt,
+            scales: frame.scales,
+            particle_count: self.buffers.particle_count,
+            slot_capacity: self.buffers.size.slots,
+            mass_unit: self.mass_unit,
+            starts_frame: part.starts,
+        });
+        let kernels = &self.kernels[usize::from(self.buffers.size.classes > 1)];
+        let (device, queue, buffers) = (&self.device, &self.queue, &self.buffers);
+        let clears_flags = std::mem::take(&mut self.clears_flags);
+        let (domain, plan) = (&self.domain, &frame.plan);
+        let work = Work { device, queue, kernels, buffers, domain, plan, dt, params, source, clears_flags };
+        Encoding::new(work, self.stamps.as_ref()).run(encoder, &part);
+        frame.done += part.steps;
+        if part.ends {
+            let spare = self.spare.take().filter(|r| r.fits(&self.buffers));
+            let readback = spare.unwrap_or_else(|| Readback::new(&self.device, &self.buffers));
+            readback.copy(encoder, &self.buffers, 1 - source, self.stamps.as_ref());
+            frame.readback = Some(readback);
+            self.unsubmitted = Some(index);
+        }
+        Ok(true)
+    }
+
+    /// To be called after what was encoded was submitted.
+    pub(super) fn submitted(&mut self) {
+        let readback = self.unsubmitted.take().and_then(|i| self.frames.get(i)?.readback.as_ref());
+        if let Some(readback) = readback {
+            readback.map();
+        }
+    }
+
+    /// Makes the buffers of nodes fit the frame: classes for a cut, poses for its tools.
+    fn make_room(&mut self, index: usize) -> Result<(), GpuError> {
+        let plan = &self.frames[index].plan;
+        self.has_cuts |= plan.tools.iter().any(|t| t.tool.shape.is_blade());
+        let tools = self.buffers.size.tools.max(plan.tools.len() as u32);
+        let size = NodeSize { classes: if self.has_cuts { 3 } else { 1 }, tools, ..self.buffers.size };
+        // Only between frames: a frame's impulses are summed up in one buffer.
+        if size == self.buffers.size || self.frames[index].done > 0 { Ok(()) } else { self.resize(size) }
+    }
+
+    fn resize(&mut self, size: NodeSize) -> Result<(), GpuError> {
+        buffers::check_limits(&self.device.limits(), self.buffers.particle_count, &self.domain, size)?;
+        let (device, buffers) = (&self.device, &mut self.buffers);
+        guarded(device, "the nodes' buffers", || buffers.resize(device, size))
+    }
+
+    /// The next report, if the device has ended a frame; redoes frames that failed.
+    ///
+    /// # Errors
+    /// The device is lost, or has not the room that the clay needs by now.
+    pub(super) fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
+        if self.is_doomed() {
+            return Ok(self.give_up());
+        }
+        let Some(readback) = self.frames.front().and_then(|f| f.readback.as_ref()) else { return Ok(None) };
+        match readback.progress() {
+            Progress::Pending => return Ok(None),
+            Progress::Lost => return Err(EngineError::Stopped("the graphics device was lost".into())),
+            Progress::Done => {}
+        }
+        let status = readback.status();
+        let whole = (self.sums.count, self.sums.volume);
+        let (sums, reach) = sums(&self.domain, self.mass_unit, &readback.totals(), self.frames[0].dt(), whole);
+        if status.flags == 0 && sums.is_finite() && reach.is_finite() {
+            return Ok(self.finish(&status, sums, reach));
+        }
+        self.recover(&status).map_err(EngineError::from)
+    }
+
+    /// Takes out the first frame. The one behind it may be encoded and not submitted yet: an app's poll comes at any time.
+    fn pop(&mut self) -> Option<Frame> {
+        self.unsubmitted = self.unsubmitted.and_then(|index| index.checked_sub(1));
+        self.frames.pop_front()
+    }
+
+    /// A frame has ended well.
+    fn finish(&mut self, status: &Status, sums: ParticleSums, reach: f64) -> Option<FrameReport> {
+        let mut frame = self.pop()?;
+        let readback = frame.readback.take()?;
+        let (dt, steps) = (frame.dt(), frame.steps());
+        self.time += dt * f64::from(steps);
+        let mut report =
+            FrameReport { plan_id: frame.plan.id, redone: frame.redone, dt, steps, time: self.time, ..Default::default() };
+        sums.write(&mut report, &frame.plan);
+        report.momentum_before = self.sums.momentum * frame.plan.inertial_density();
+        super::report::add_status(&mut report, &frame.plan, status);
+        let tools = self.buffers.size.tools.min(frame.plan.tools.len() as u32) as usize;
+        super::report::add_impulses(&mut report, &frame.plan, &self.domain, self.mass_unit, &readback.impulses(), tools);
+        super::report::add_grid_mass(&mut report, &frame.plan, self.mass_unit, frame.scales.mass, &readback.masses());
+        report.health = frame.health;
+        judge(&mut report, &self.quarantined);
+        if let Some(stamps) = &self.stamps {
+            report.timings = stamps.timings(&readback.stamps(), steps, steps.div_ceil(frame.interval));
+            let t = &report.timings;
+            self.substep_seconds = Some((t.rebin + t.grid + t.particles) / f64::from(steps));
+        } else {
+            report.timings.total = frame.began.elapsed().as_secs_f64();
+        }
+        let unit = self.domain.cell_width / dt;
+        self.last_scales = frame.scales;
+        self.forecasts[self.reported % 2] = Forecast {
+            reach: reach * unit,
+            speed: f64::from(status.speed) * unit,
+            cell_count: status.cell_count,
+            node_mass: f64::from(status.node_mass) / f64::from(frame.scales.mass),
+            mass_max: self.forecasts[0].mass_max,
+        };
+        self.reported += 1;
+        self.source = 1 - self.source;
+        self.sums = sums;
+        let state = LatestState::Device(readback);
+        let latest = Latest { domain: self.domain, material: frame.plan.material, time: self.time, state };
+        let before = std::mem::replace(&mut self.latest, Arc::new(latest));
+        if let Some(Latest { state: LatestState::Device(readback), .. }) = Arc::into_inner(before) {
+            self.spare = Some(readback.recycle());
+        }
+        Some(report)
+    }
+
+    /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs them again.
+    fn recover(&mut self, status: &Status) -> Result<Option<FrameReport>, GpuError> {
+        self.clears_flags = true;
+        self.reruns += 1;
+        // Without a flag nothing stopped the frame after it from writing over the records that this one started from.
+        self.is_overwritten |= status.flags == 0;
+        for frame in &mut self.frames {
+            (frame.done, frame.readback) = (0, None);
+        }
+        let Some(frame) = self.frames.front_mut() else { return Ok(None) };
+        let has = |bit| status.flags & bit != 0;
+        let mut is_retry = frame.retries < RETRY_MAX && !has(flag::SPEED | flag::NON_FINITE) && status.flags != 0;
+        is_retry &= !has(flag::MARGIN) || frame.interval > 1;
+        if is_retry {
+            frame.retries += 1;
+            if has(flag::MARGIN) {
+                frame.interval /= 2;
+            }
+            if has(flag::OVERFLOW) {
+                let node_mass = f64::from(status.node_mass) / f64::from(frame.scales.mass);
+                let mass_max = self.forecasts[0].mass_max;
+                frame.scales = frame.scales.relaxed(status.reach_met != 0, 2 * status.cell_count, 1.5 * node_mass, mass_max);
+            }
+            if has(flag::CAPACITY) {
+                let slots = slot_capacity(status.slot_count as usize);
+                return self.resize(NodeSize { slots, ..self.buffers.size }).map(|()| None);
+            }
+            return Ok(None);
+        }
+        frame.health.insert(if has(flag::SPEED | flag::MARGIN) { Health::SPEED } else { Health::NON_FINITE });
+        if frame.redone < REDO_MAX {
+            frame.redone += 1;
+            frame.fit(&self.domain);
+            return Ok(None);
+        }
+        self.failures += 1;
+        Ok(self.give_up())
+    }
+
+    /// Whether the first frame was planned for a state that never came.
+    fn is_doomed(&self) -> bool {
+        self.frames.front().is_some_and(|frame| frame.failures < self.failures)
+    }
+
+    /// The first frame is given up: the clay stands as before it.
+    fn give_up(&mut self) -> Option<FrameReport> {
+        let frame = self.pop()?;
+        let (redone, dt) = (frame.redone, frame.plan.dt);
+        let mut report = FrameReport { plan_id: frame.plan.id, redone, dt, time: self.time, ..Default::default() };
+        self.sums.write(&mut report, &frame.plan);
+        report.momentum_before = report.momentum;
+        report.grid_mass = report.particle_mass;
+        super::report::add_status(&mut report, &frame.plan, &Status::default());
+        report.health = frame.health;
+        report.health.insert(Health::GIVEN_UP);
+        judge(&mut report, &self.quarantined);
+        report.timings.total = frame.began.elapsed().as_secs_f64();
+        self.forecasts[self.reported % 2] = self.forecasts[(self.reported + 1) % 2];
+        self.reported += 1;
+        Some(report)
+    }
+}

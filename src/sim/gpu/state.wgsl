@@ -1,0 +1,34 @@
+// Particles: field f of particle i stands at state[f * particle_count + i].
+
+const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed cell
+const VELOCITY: u32 = 1u; // [cells/substep], packed tags
+const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w of the first: mass
+const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
+
+@group(0) @binding(2) var<storage, read_write> state: array<vec4f>;
+
+fn at(field: u32, i: u32) -> u32 {
+    return field * params.particle_count + i;
+}
+
+// Base node and offset from it.
+struct Stencil { base: vec3i, f: vec3f }
+
+fn stencil(position: vec4f) -> Stencil {
+    let b = floor(position.xyz - 0.5);
+    return Stencil(unpack_cell(bitcast<u32>(position.w)) + vec3i(b), position.xyz - b);
+}
+
+// Weight of the k-th node along an axis. Computed, not looked up: arrays indexed at run time are slow on every adapter.
+fn weight(f: f32, k: i32) -> f32 {
+    let d = f - f32(k);
+    let e = 1.5 - abs(d);
+    return select(0.5 * e * e, 0.75 - d * d, k == 1);
+}
+
+// 0 untagged, 1 front, 2 back, from the packed tags (sheet, side, sheet, side).
+fn class_of(tags: u32) -> u32 {
+    if CLASSES == 1u { return 0u; }
+    let side = (tags >> 8u) & 255u;
+    return select(select(2u, 1u, side < 128u), 0u, side == 0u);
+}

@@ -1,0 +1,100 @@
+// Tools as the native engine meets them: poses of the present substep's start and end, in cells.
+
+struct Tool {
+    end_cell: vec3i,
+    shape: u32, // SPHERE ..
+    end_offset: vec3f,
+    contact: u32, // STICK ..
+    start_cell: vec3i,
+    sheet: u32,
+    start_offset: vec3f,
+    friction: f32,
+    end_rotation: mat3x3f,
+    start_rotation: mat3x3f,
+    turn: mat3x3f, // end_rotation - start_rotation
+    travel: vec3f, // from start to end
+    radius: f32,
+    size: vec3f, // half the box; half width and height; half the capsule's axis in y
+    spare: f32,
+}
+
+const SPHERE: u32 = 0u;
+const CAPSULE: u32 = 1u;
+const BOX: u32 = 2u;
+const BLADE: u32 = 3u;
+const STICK: u32 = 0u;
+const SLIP: u32 = 1u;
+
+@group(0) @binding(10) var<storage, read> tools: array<Tool>;
+
+fn tool_now(index: u32) -> Tool {
+    return tools[(atomicLoad(&status.substep) - 1u) * params.tool_count + index];
+}
+
+// A point given as cell and offset, in the tool's frame at the substep's end and start.
+fn local_end(t: Tool, cell: vec3i, offset: vec3f) -> vec3f {
+    return (vec3f(cell - t.end_cell) + (offset - t.end_offset)) * t.end_rotation;
+}
+
+fn local_start(t: Tool, cell: vec3i, offset: vec3f) -> vec3f {
+    return (vec3f(cell - t.start_cell) + (offset - t.start_offset)) * t.start_rotation;
+}
+
+// Signed distance to a solid shape; to a blade, the unsigned one.
+fn distance_to(t: Tool, q: vec3f) -> f32 {
+    switch t.shape {
+        case SPHERE { return length(q) - t.radius; }
+        case CAPSULE { return length(q - vec3f(0.0, clamp(q.y, -t.size.y, t.size.y), 0.0)) - t.radius; }
+        case BOX {
+            let d = abs(q) - t.size;
+            return length(max(d, vec3f(0.0))) + min(max(d.x, max(d.y, d.z)), 0.0);
+        }
+        default { return length(q - vec3f(clamp(q.xy, -t.size.xy, t.size.xy), 0.0)); }
+    }
+}
+
+// Outward normal of a solid shape in its own frame; +Y where there is none.
+fn normal_at(t: Tool, q: vec3f) -> vec3f {
+    var g = q;
+    if t.shape == CAPSULE {
+        g = q - vec3f(0.0, clamp(q.y, -t.size.y, t.size.y), 0.0);
+    } else if t.shape == BOX {
+        let d = abs(q) - t.size;
+        g = max(d, vec3f(0.0));
+        if all(g == vec3f(0.0)) {
+            if d.x >= d.y && d.x >= d.z { g = vec3f(1.0, 0.0, 0.0); } else if d.y >= d.z { g = vec3f(0.0, 1.0, 0.0); } else { g = vec3f(0.0, 0.0, 1.0); }
+        }
+        g *= select(vec3f(-1.0), vec3f(1.0), q >= vec3f(0.0));
+    }
+    let l = length(g);
+    if l > 0.0 { return g / l; }
+    return vec3f(0.0, 1.0, 0.0);
+}
+
+// Velocity over the substep of the tool's material point that ends at local q.
+fn velocity_at(t: Tool, q: vec3f) -> vec3f {
+    return t.travel + t.turn * q;
+}
+
+// Velocity after contact of clay that moves at v, with the surface normal n towards the clay.
+fn contact(t: Tool, v: vec3f, q: vec3f, n: vec3f) -> vec3f {
+    let tool = velocity_at(t, q);
+    if t.contact == STICK { return tool; }
+    let relative = v - tool;
+    let normal = dot(relative, n);
+    if t.contact == SLIP { return v - normal * n; }
+    if normal >= 0.0 { return v; }
+    let slide = relative - normal * n;
+    let speed = length(slide);
+    if speed == 0.0 { return tool; }
+    return tool + slide * max(1.0 + t.friction * normal / speed, 0.0);
+}
+
+// Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about it.
+fn is_near_block(t: Tool, block: vec3i) -> bool {
+    let reach = 3.0 * sqrt(3.0) + BAND;
+    let centre = block * 4;
+    let a = distance_to(t, local_start(t, centre, vec3f(2.0)));
+    let b = distance_to(t, local_end(t, centre, vec3f(2.0)));
+    return min(a, b) <= reach + length(t.travel);
+}

@@ -1,0 +1,218 @@
+//! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
+
+use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION};
+use super::layout::{FIELDS, TOOLS_MAX, flag};
+use super::pass::Pass;
+use crate::sim::snapshot::Particle;
+use std::fmt::Write;
+
+/// Invocations in a workgroup: 64 nodes of a block; two or one subgroups of today's adapters.
+pub(super) const WORKGROUP: u32 = 64;
+/// Numbers that one workgroup of a prefix sum takes.
+pub(super) const SCAN_CHUNK: u32 = 1024;
+
+/// Texts shared by passes.
+pub(super) mod part {
+    pub(in super::super) const STATE: &str = include_str!("state.wgsl");
+    pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
+    pub(in super::super) const LAW: &str = include_str!("law.wgsl");
+    pub(in super::super) const TOOL: &str = include_str!("tool.wgsl");
+    pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
+}
+
+/// The whole text of `pass` for clay with (3) or without (1) cuts.
+pub(super) fn compose(pass: &Pass, classes: u32) -> String {
+    let mut text = String::new();
+    let unsigned = [
+        ("WORKGROUP", WORKGROUP),
+        ("CLASSES", classes),
+        ("TOOLS_MAX", TOOLS_MAX),
+        ("SCAN_CHUNK", SCAN_CHUNK),
+        ("RECORD_WORDS", (size_of::<Particle>() / 4) as u32),
+        ("FIELDS", FIELDS),
+        ("SPEED", flag::SPEED),
+        ("NON_FINITE", flag::NON_FINITE),
+        ("MARGIN", flag::MARGIN),
+        ("OVERFLOW", flag::OVERFLOW),
+        ("CAPACITY", flag::CAPACITY),
+    ];
+    for (name, value) in unsigned {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "const {name}: u32 = {value}u;");
+    }
+    for (name, value) in [("BAND", BAND), ("CONTACT_OFFSET", CONTACT_OFFSET), ("CUT_FRICTION", CUT_FRICTION)] {
+        let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
+    }
+    text.push_str(include_str!("prelude.wgsl"));
+    pass.parts.iter().chain([&pass.text]).for_each(|part| text.push_str(part));
+    text
+}
+
+/// A buffer that a text binds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Binding {
+    pub index: u32,
+    pub is_uniform: bool,
+    pub is_read_only: bool,
+}
+
+/// The bindings that `text` declares, in its order.
+pub(super) fn bindings(text: &str) -> Vec<Binding> {
+    let declaration = |line: &str| {
+        let after = line.strip_prefix("@group(0) @binding(")?;
+        let (index, rest) = after.split_once(')')?;
+        Some(Binding {
+            index: index.parse().ok()?,
+            is_uniform: rest.contains("var<uniform>"),
+            is_read_only: rest.contains("var<storage, read>"),
+        })
+    };
+    text.lines().filter_map(declaration).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layout::{GpuTool, Params, Status, ToolCount, Total};
+    use super::super::pass::PASSES;
+    use super::*;
+    use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+    use std::mem::offset_of;
+
+    fn validated(name: &str, text: &str) -> (naga::Module, ModuleInfo) {
+        let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        let info = validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+        (module, info)
+    }
+
+    /// Every pass of both kinds is valid WGSL with one entry point of its own name, in the workgroup size dispatches count on.
+    #[test]
+    fn passes_are_valid() {
+        for pass in PASSES {
+            for classes in [1, 3] {
+                if classes == 1 && pass.is_for_cuts {
+                    continue;
+                }
+                let text = compose(pass, classes);
+                let (module, _) = validated(pass.name, &text);
+                let [entry] = &module.entry_points[..] else { panic!("{}: one entry point", pass.name) };
+                assert_eq!(entry.name, pass.name);
+                let size = if pass.name == "begin" { 1 } else { WORKGROUP };
+                assert_eq!(entry.workgroup_size, [size, 1, 1], "{}", pass.name);
+            }
+        }
+    }
+
+    /// What the text parser says of bindings is what naga says.
+    #[test]
+    fn bindings_are_those_of_the_text() {
+        for pass in PASSES {
+            let text = compose(pass, 3);
+            let (module, _) = validated(pass.name, &text);
+            let mut ours = bindings(&text);
+            let mut theirs: Vec<Binding> = module
+                .global_variables
+                .iter()
+                .filter_map(|(_, v)| {
+                    let is_read_only = match v.space {
+                        naga::AddressSpace::Storage { access } => !access.contains(naga::StorageAccess::STORE),
+                        _ => false,
+                    };
+                    let is_uniform = v.space == naga::AddressSpace::Uniform;
+                    v.binding.as_ref().map(|b| Binding { index: b.binding, is_uniform, is_read_only })
+                })
+                .collect();
+            ours.sort_by_key(|b| b.index);
+            theirs.sort_by_key(|b| b.index);
+            assert_eq!(ours, theirs, "{}", pass.name);
+            assert!(ours.windows(2).all(|w| w[0].index < w[1].index), "{}: a binding twice", pass.name);
+            let storage = ours.iter().filter(|b| !b.is_uniform).count();
+            assert!(storage <= super::super::device::STORAGE_BUFFERS as usize, "{}: {storage} storage buffers", pass.name);
+        }
+    }
+
+    /// Offsets and size of a struct as naga lays it out.
+    fn layout_of(text: &str, name: &str) -> (Vec<(String, usize)>, usize) {
+        let (module, _) = validated(name, text);
+        let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct");
+        let naga::TypeInner::Struct { members, span } = &found.1.inner else { panic!("{name} is no struct") };
+        let member = |m: &naga::StructMember| (m.name.clone().unwrap_or_default(), m.offset as usize);
+        (members.iter().map(member).collect(), *span as usize)
+    }
+
+    macro_rules! twin {
+        ($text:expr, $type:ident, $name:literal, [$($field:ident),* $(,)?]) => {
+            let ours = vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*];
+            assert_eq!((ours, size_of::<$type>()), layout_of($text, $name), $name);
+        };
+    }
+
+    /// Every struct that host and device share has the same members at the same offsets.
+    #[test]
+    fn structs_are_laid_out_as_their_twins() {
+        let text = |name: &str| compose(PASSES.iter().find(|p| p.name == name).expect("pass"), 3);
+        let grid = text("grid");
+        twin!(
+            &grid,
+            Params,
+            "Params",
+            [
+                blocks,
+                particle_count,
+                wall_low,
+                slot_capacity,
+                wall_high,
+                tool_count,
+                gravity,
+                damping,
+                centre,
+                wall_kinds,
+                mass_scale,
+                momentum_scale,
+                reach_limit,
+                cell_count_limit,
+                mu2,
+                lambda,
+                yield_norm,
+                softening,
+                softening_length,
+                velocity_unit,
+                rate_unit,
+                mass_unit,
+                travel_limit,
+                density_unit,
+                starts_frame,
+                softens,
+                node_mass_limit,
+                spare0,
+                spare1,
+                spare2,
+            ]
+        );
+        twin!(
+            &grid,
+            GpuTool,
+            "Tool",
+            [
+                end_cell,
+                shape,
+                end_offset,
+                contact,
+                start_cell,
+                sheet,
+                start_offset,
+                friction,
+                end_rotation,
+                start_rotation,
+                turn,
+                travel,
+                radius,
+                size,
+                spare,
+            ]
+        );
+        twin!(&grid, ToolCount, "ToolCount", [tagged, pushed_back, depth, spare]);
+        twin!(&grid, Status, "Status", [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, tools]);
+        twin!(&text("total"), Total, "Total", [momentum, momentum_size, angular, kinetic, strain, mass, ratio, reach, spare,]);
+    }
+}

@@ -1,0 +1,166 @@
+//! The window that changes the clay.
+
+use super::material::{self, Row};
+use super::request::{ClayNotice, ClayRequest, ExportFormat};
+use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality};
+use crate::sim::material::ClayMaterial;
+use crate::sim::plan::InertiaScaling;
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, egui};
+
+/// What the window holds beside the clay.
+#[derive(Resource, Clone, Debug, Default)]
+pub(super) struct PanelState {
+    /// The piece of clay that is shown, if there are several.
+    selected: Option<Entity>,
+    /// Cell width [m] while it is being chosen.
+    cell_width: Option<f64>,
+    format: ExportFormat,
+}
+
+/// Cells per cell that the slider offers: a quarter to four times the width the clay was last put on.
+const GRID_RANGE: f64 = 4.0;
+
+/// What the window changes.
+type Shown<'a> = (Entity, Option<&'a Name>, &'a Clay, &'a ClayStatus, &'a mut ClayMaterial, &'a mut ClaySettings);
+
+/// The window.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn window(
+    mut contexts: EguiContexts,
+    mut clays: Query<Shown>,
+    mut state: ResMut<PanelState>,
+    mut requests: MessageWriter<ClayRequest>,
+    notice: Res<ClayNotice>,
+) {
+    let Ok(ctx) = contexts.ctx_mut() else { return };
+    let mut names: Vec<(Entity, String)> =
+        clays.iter().map(|(e, name, ..)| (e, name.map_or_else(|| e.to_string(), ToString::to_string))).collect();
+    names.sort();
+    let Some(entity) = state.selected.filter(|e| clays.contains(*e)).or_else(|| names.first().map(|n| n.0)) else { return };
+    let Ok((_, _, clay, status, mut clay_material, mut clay_settings)) = clays.get_mut(entity) else { return };
+    egui::Window::new("Clay").default_pos([8.0, 8.0]).resizable(false).show(ctx, |ui| {
+        ui.spacing_mut().slider_width = 110.0;
+        if names.len() > 1 {
+            for (other, name) in &names {
+                ui.selectable_value(&mut state.selected, Some(*other), name);
+            }
+        }
+        egui::Grid::new("clay rows").num_columns(2).show(ui, |ui| {
+            let mut material = *clay_material;
+            material::rows(ui, &mut material);
+            clay_material.set_if_neq(material);
+            if let Some(width) = grid_row(ui, &mut state, clay, status) {
+                requests.write(ClayRequest::Resample(entity, width));
+            }
+            let mut settings = clay_settings.clone();
+            choices(ui, &mut settings);
+            clay_settings.set_if_neq(settings);
+        });
+        ui.separator();
+        let mut settings = clay_settings.clone();
+        buttons(ui, entity, &mut settings, &mut state, &mut requests);
+        clay_settings.set_if_neq(settings);
+        if !notice.text.is_empty() {
+            let colour = if notice.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
+            ui.set_max_width(310.0);
+            ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(colour)).wrap());
+        }
+    });
+}
+
+/// The cell width; some when the user has let go of another one.
+fn grid_row(ui: &mut egui::Ui, state: &mut PanelState, clay: &Clay, status: &ClayStatus) -> Option<f64> {
+    let now = clay.snapshot().domain.cell_width;
+    let row = Row::logarithmic(
+        "cell width",
+        "Spacing of the grid, with 8 particles per cell. Taken when you let go: the shape is filled anew. Half the width shows half as small a detail, with 8 times the particles and 16 times the work.",
+        (1e-3, " mm"),
+        now * 1e3 / GRID_RANGE..=now * 1e3 * GRID_RANGE,
+        2,
+    );
+    let mut width = state.cell_width.unwrap_or(now);
+    let response = row.show(ui, &mut width);
+    let ratio = now / width;
+    let (particles, work) = (status.particle_count as f64 * ratio.powi(3), status.frame_ms * ratio.powi(4));
+    ui.label("");
+    ui.label(format!("{} particles, about {work:.0} ms a frame", thousands(particles)));
+    ui.end_row();
+    if response.changed() {
+        state.cell_width = Some(width);
+    }
+    // Dragged and let go, or typed and left.
+    let is_done = response.drag_stopped() || (state.cell_width.is_some() && !response.dragged() && !response.has_focus());
+    (is_done && !response.dragged()).then(|| state.cell_width.take()).flatten().filter(|w| (w / now - 1.0).abs() > 1e-3)
+}
+
+/// A whole number with its thousands apart.
+fn thousands(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let mut text = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(c);
+    }
+    text
+}
+
+/// Engine, inertia, surface.
+fn choices(ui: &mut egui::Ui, settings: &mut ClaySettings) {
+    let engines = [(EngineChoice::Auto, "best there is"), (EngineChoice::Native, "CPU"), (EngineChoice::Gpu, "GPU")];
+    let hover = "What runs the clay. The best there is: the GPU where the app draws with one, else the CPU. The clay moves over as it stands.";
+    choice(ui, "engine", hover, &mut settings.engine, &engines);
+    let inertia = [(InertiaScaling::Off, "as it is"), (InertiaScaling::Accurate, "accurate"), (InertiaScaling::Fast, "fast")];
+    let hover = "Heavier clay while a tool presses clay that lies on something: fewer substeps, forces off by 1.5 % (accurate) or 3 % (fast).";
+    choice(ui, "inertia", hover, &mut settings.inertia, &inertia);
+    let surfaces = [(MeshQuality::Off, "none"), (MeshQuality::Coarse, "coarse"), (MeshQuality::Fine, "fine")];
+    let hover = "The surface that is drawn: coarse has a quarter of the triangles of fine.";
+    choice(ui, "surface", hover, &mut settings.mesh, &surfaces);
+}
+
+fn choice<T: Copy + PartialEq>(ui: &mut egui::Ui, name: &str, hover: &str, value: &mut T, choices: &[(T, &str)]) {
+    ui.label(name).on_hover_text(hover);
+    ui.horizontal(|ui| {
+        for (choice, text) in choices {
+            ui.selectable_value(value, *choice, *text).on_hover_text(hover);
+        }
+    });
+    ui.end_row();
+}
+
+/// Pause, reset, export.
+fn buttons(
+    ui: &mut egui::Ui,
+    clay: Entity,
+    settings: &mut ClaySettings,
+    state: &mut PanelState,
+    requests: &mut MessageWriter<ClayRequest>,
+) {
+    ui.horizontal(|ui| {
+        ui.toggle_value(&mut settings.is_paused, "pause")
+            .on_hover_text("Stops the clay's time. Tools then move without touching it.");
+        if ui.button("reset").on_hover_text("Back to the shape at the start. Grid and material stay as they are.").clicked() {
+            requests.write(ClayRequest::Reset(clay));
+        }
+        ui.separator();
+        if ui.button("export").on_hover_text("Writes the surface, closed and in mm, into a new file.").clicked() {
+            requests.write(ClayRequest::Export(clay, state.format));
+        }
+        for format in ExportFormat::ALL {
+            let name = format.extension().to_uppercase();
+            ui.selectable_value(&mut state.format, format, name).on_hover_text("Format of the exported surface, in mm.");
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_stand_apart() {
+        assert_eq!([0.0, 999.4, 1000.0, 123_456.0, 1e7].map(thousands), ["0", "999", "1,000", "123,456", "10,000,000"]);
+    }
+}

@@ -1,0 +1,210 @@
+//! What buttons and keys ask for: done away from the main thread, answered in one line, and all or nothing.
+
+use crate::plugin::clay::{Clay, ClayStatus};
+use crate::plugin::engine::ClayEngine;
+use crate::scene::export::write_mesh;
+use crate::scene::resample::resample;
+use crate::sim::snapshot::Snapshot;
+use crate::surface::extract::extract;
+use crate::surface::field::SurfaceSettings;
+use bevy::prelude::*;
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use std::path::{Path, PathBuf};
+
+/// Something to be done to a piece of clay.
+#[derive(Message, Clone, Debug)]
+pub enum ClayRequest {
+    /// Back to the shape it started from, on the grid it has now. Its material stays.
+    Reset(Entity),
+    /// The same shape on a grid of this cell width [m].
+    Resample(Entity, f64),
+    /// Its surface into a new file.
+    Export(Entity, ExportFormat),
+}
+
+/// File formats of surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// Binary STL, mm.
+    #[default]
+    Stl,
+    /// Binary PLY, mm.
+    Ply,
+    /// OBJ, mm.
+    Obj,
+}
+
+impl ExportFormat {
+    /// Every format.
+    pub const ALL: [Self; 3] = [Self::Stl, Self::Ply, Self::Obj];
+
+    /// The file extension.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+        }
+    }
+}
+
+/// What the clay of this entity first started from.
+#[derive(Component, Clone, Debug)]
+pub struct ClayStart(pub Clay);
+
+/// The last thing worth saying to the user.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct ClayNotice {
+    /// One line; empty for nothing.
+    pub text: String,
+    /// Whether it is bad news.
+    pub is_error: bool,
+}
+
+impl ClayNotice {
+    /// Good news.
+    pub fn say(&mut self, text: impl Into<String>) {
+        *self = Self { text: text.into(), is_error: false };
+        info!("{}", self.text);
+    }
+
+    /// Bad news.
+    pub fn warn(&mut self, text: impl Into<String>) {
+        *self = Self { text: text.into(), is_error: true };
+        warn!("{}", self.text);
+    }
+}
+
+/// Where exports go.
+#[derive(Resource, Clone, Debug)]
+pub(super) struct ExportFolder(pub PathBuf);
+
+/// Clay on its way from another thread: takes the place of the entity's [`Clay`] when it is ready.
+#[derive(Component)]
+pub struct ClayChange {
+    task: Task<Result<Snapshot, String>>,
+    done: String,
+}
+
+impl ClayChange {
+    /// Clay that `make` makes on another thread; `done` is said when it is there.
+    pub fn new(done: impl Into<String>, make: impl FnOnce() -> Result<Snapshot, String> + Send + 'static) -> Self {
+        Self::of_task(done, AsyncComputeTaskPool::get().spawn(async move { make() }))
+    }
+
+    /// Clay that a task makes.
+    pub fn of_task(done: impl Into<String>, task: Task<Result<Snapshot, String>>) -> Self {
+        Self { task, done: done.into() }
+    }
+}
+
+/// A file on its way.
+#[derive(Component)]
+pub(super) struct ClayExport(Task<Result<PathBuf, String>>);
+
+/// Keeps what each clay first started from.
+pub(super) fn remember_start(clays: Query<(Entity, &Clay), Without<ClayStart>>, mut commands: Commands) {
+    for (entity, clay) in &clays {
+        commands.entity(entity).insert(ClayStart(clay.clone()));
+    }
+}
+
+/// What a request needs to know of its clay.
+type Asked<'a> = (&'a ClayStart, &'a ClayStatus, Option<&'a ClayEngine>, Has<ClayChange>, Has<ClayExport>);
+
+/// Begins what is asked for.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn answer(
+    mut requests: MessageReader<ClayRequest>,
+    clays: Query<Asked>,
+    folder: Res<ExportFolder>,
+    mut notice: ResMut<ClayNotice>,
+    mut commands: Commands,
+) {
+    for request in requests.read() {
+        let &(ClayRequest::Reset(entity) | ClayRequest::Resample(entity, _) | ClayRequest::Export(entity, _)) = request;
+        let Ok((start, status, Some(engine), is_changing, is_exporting)) = clays.get(entity) else {
+            notice.warn("the clay has no engine yet");
+            continue;
+        };
+        let mut entity = commands.entity(entity);
+        match *request {
+            ClayRequest::Reset(_) => {
+                let (start, now) = (start.0.clone(), status.cell_width);
+                entity.insert(ClayChange::new("back at the start", move || on_grid(start.snapshot(), now)));
+            }
+            ClayRequest::Resample(..) if is_changing => notice.warn("another change of the clay is under way"),
+            ClayRequest::Resample(_, width) => match engine.save_deferred() {
+                Ok(save) => {
+                    let done = format!("the clay stands on cells of {:.2} mm", width * 1e3);
+                    entity.insert(ClayChange::new(done, move || resample(&save(), width).map_err(|e| e.to_string())));
+                }
+                Err(error) => notice.warn(format!("no other grid: {error}")),
+            },
+            ClayRequest::Export(..) if is_exporting => notice.warn("a file is being written already"),
+            ClayRequest::Export(_, format) => {
+                let Some(surface) = engine.surface_deferred() else {
+                    notice.warn("nothing to export: the clay has no surface yet");
+                    continue;
+                };
+                let folder = folder.0.clone();
+                let write = async move {
+                    let mesh = extract(&surface(), &SurfaceSettings::default());
+                    let path = free_file(&folder, format)?;
+                    write_mesh(&path, &mesh).map_err(|e| e.to_string())?;
+                    Ok(std::path::absolute(&path).unwrap_or(path))
+                };
+                entity.insert(ClayExport(AsyncComputeTaskPool::get().spawn(write)));
+            }
+        }
+    }
+}
+
+/// Takes in what is ready and says so.
+pub(super) fn take(
+    mut changes: Query<(Entity, &mut ClayChange)>,
+    mut exports: Query<(Entity, &mut ClayExport)>,
+    mut notice: ResMut<ClayNotice>,
+    mut commands: Commands,
+) {
+    for (entity, mut change) in &mut changes {
+        let Some(result) = check_ready(&mut change.task) else { continue };
+        let mut entity = commands.entity(entity);
+        entity.remove::<ClayChange>();
+        match result {
+            Ok(snapshot) => {
+                notice.say(change.done.clone());
+                entity.insert(Clay::new(snapshot));
+            }
+            Err(error) => notice.warn(format!("the clay stays as it is: {error}")),
+        }
+    }
+    for (entity, mut export) in &mut exports {
+        let Some(result) = check_ready(&mut export.0) else { continue };
+        commands.entity(entity).remove::<ClayExport>();
+        match result {
+            Ok(path) => notice.say(format!("wrote {}", path.display())),
+            Err(error) => notice.warn(format!("not exported: {error}")),
+        }
+    }
+}
+
+/// `start` on the grid in use.
+fn on_grid(start: &Snapshot, cell_width: f64) -> Result<Snapshot, String> {
+    const SAME: f64 = 1e-9;
+    if (start.domain.cell_width / cell_width - 1.0).abs() < SAME {
+        return Ok(start.clone());
+    }
+    resample(start, cell_width).map_err(|e| e.to_string())
+}
+
+/// A file of `folder`, which is made if missing, that is not there yet.
+fn free_file(folder: &Path, format: ExportFormat) -> Result<PathBuf, String> {
+    const FILES_MAX: u32 = 10_000;
+    std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    (1..FILES_MAX)
+        .map(|number| folder.join(format!("clay-{number:03}.{}", format.extension())))
+        .find(|path| !path.exists())
+        .ok_or_else(|| format!("{}: no free name for another file", folder.display()))
+}

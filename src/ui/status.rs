@@ -1,0 +1,123 @@
+//! The window that shows how the clay is doing.
+
+use super::history::{ClayHistory, SPAN, Sample};
+use super::request::ClayStart;
+use crate::plugin::clay::{Clay, ClaySettings, ClayStatus};
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, egui};
+use egui_plot::{Line, Plot, PlotPoints};
+
+/// Time [ms] that clay may hold the main thread.
+const MAIN_THREAD_MS_MAX: f64 = 2.0;
+
+/// What the window reads.
+type Shown<'a> = (&'a ClayStatus, &'a ClaySettings, Option<&'a ClayStart>);
+
+/// The window.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn window(
+    mut contexts: EguiContexts,
+    clays: Query<Shown, With<Clay>>,
+    history: Res<ClayHistory>,
+    time: Res<Time<Real>>,
+) {
+    let Ok(ctx) = contexts.ctx_mut() else { return };
+    if clays.is_empty() {
+        return;
+    }
+    let position = [ctx.content_rect().right() - 8.0, 8.0];
+    egui::Window::new("State").default_pos(position).pivot(egui::Align2::RIGHT_TOP).resizable(false).show(ctx, |ui| {
+        ui.set_max_width(280.0);
+        for (status, settings, start) in &clays {
+            egui::Grid::new("state").num_columns(2).show(ui, |ui| rows(ui, status, settings, start));
+            trouble(ui, status);
+        }
+        let now = time.elapsed_secs_f64();
+        ui.separator();
+        plot(ui, ("tool force", "N"), "Greatest force of the clay on a tool, over the last 10 s.", now, &history, |s| s.force);
+        plot(
+            ui,
+            ("engine frame", "ms"),
+            "Wall time that the engine took for each frame, over the last 10 s.",
+            now,
+            &history,
+            |s| s.frame_ms,
+        );
+    });
+}
+
+/// A row of name and value.
+fn row(ui: &mut egui::Ui, name: &str, hover: &str, value: impl Into<egui::WidgetText>) {
+    ui.label(name).on_hover_text(hover);
+    ui.add(egui::Label::new(value).wrap()).on_hover_text(hover);
+    ui.end_row();
+}
+
+fn rows(ui: &mut egui::Ui, status: &ClayStatus, settings: &ClaySettings, start: Option<&ClayStart>) {
+    let engine = if status.engine.is_empty() { "starting" } else { &status.engine };
+    row(ui, "engine", "What runs the clay, and on what.", engine);
+    let clay = format!("{} particles, {:.2} mm cells", status.particle_count, status.cell_width * 1e3);
+    row(ui, "clay", "Particles in motion, and the spacing of the grid.", clay);
+    let pace = if settings.is_paused { "paused".into() } else { format!("{:.2} x real time", status.rate) };
+    row(ui, "clock", "The clay's own time, and how fast it goes.", format!("{:.2} s, {pace}", status.time));
+    let frame = format!("{:.1} ms, {} substeps", status.frame_ms, status.substeps);
+    row(ui, "frame", "Wall time and substeps of the engine's last frame.", frame);
+    let t = &status.pass_ms;
+    let passes = format!("{:.1} sort, {:.1} grid, {:.1} particles, {:.1} report", t.rebin, t.grid, t.particles, t.report);
+    row(
+        ui,
+        "passes",
+        "Parts of that frame in ms: sort into blocks; node sums and grid; gather and clay law; copies and sums.",
+        passes,
+    );
+    let surface = format!("{:.1} ms, {} triangles", status.mesh_ms, status.triangle_count);
+    row(ui, "surface", "Wall time of the last surface, on another thread.", surface);
+    let held = egui::RichText::new(format!("{:.2} ms", status.main_thread_ms));
+    let held = if status.main_thread_ms > MAIN_THREAD_MS_MAX { held.color(ui.visuals().warn_fg_color) } else { held };
+    row(ui, "main thread", "Longest time that a system of the clay held the app in the last second.", held);
+    let first = start.map_or(0.0, |s| s.0.snapshot().rest_volume());
+    let change = if first > 0.0 && status.volume > 0.0 { 100.0 * (status.volume / first - 1.0) } else { 0.0 };
+    let volume = format!("{:.2} cm³ ({change:+.2} %)", status.volume * 1e6);
+    row(ui, "volume", "Volume of the clay now, against what it was unloaded at the start.", volume);
+}
+
+/// Health and errors in words.
+fn trouble(ui: &mut egui::Ui, status: &ClayStatus) {
+    let say = |ui: &mut egui::Ui, text: &str, colour| {
+        ui.add(egui::Label::new(egui::RichText::new(text).color(colour)).wrap());
+    };
+    match &status.error {
+        Some(error) => say(ui, error, ui.visuals().error_fg_color),
+        None if status.health.is_empty() || status.health == "healthy" => say(ui, "healthy", ui.visuals().text_color()),
+        None => say(ui, &status.health, ui.visuals().warn_fg_color),
+    }
+}
+
+/// A curve of the last seconds under its name, with its last and its greatest value in numbers.
+fn plot(
+    ui: &mut egui::Ui,
+    (name, unit): (&str, &str),
+    hover: &str,
+    now: f64,
+    history: &ClayHistory,
+    value: impl Fn(&Sample) -> f64,
+) {
+    let points: Vec<[f64; 2]> = history.samples().map(|s| [s.time - now, value(s)]).filter(|[age, _]| *age >= -SPAN).collect();
+    let last = points.last().map_or(0.0, |p| p[1]);
+    let greatest = points.iter().map(|p| p[1]).fold(0.0, f64::max);
+    ui.label(format!("{name}: {last:.1} {unit}, at most {greatest:.1} {unit}")).on_hover_text(hover);
+    Plot::new(name)
+        .height(72.0)
+        .include_x(-SPAN)
+        .include_x(0.0)
+        .include_y(0.0)
+        // Nothing at all lies at the bottom, not in the middle.
+        .include_y(0.1)
+        .show_x(false)
+        .show_axes([true, false])
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .x_axis_formatter(|mark, _| format!("{:.0} s", mark.value))
+        .show(ui, |ui| ui.line(Line::new(name, PlotPoints::from(points))));
+}

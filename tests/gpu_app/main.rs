@@ -1,0 +1,260 @@
+//! Clay on the GPU engine inside a Bevy app that renders, without a window: the same clay, moved between engines, and an app that outlives the device.
+//!
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+
+use bevy::app::{PluginGroupBuilder, PluginsState};
+use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
+use bevy::log::LogPlugin;
+use bevy::prelude::*;
+use bevy::render::error_handler::{RenderErrorHandler, RenderErrorPolicy};
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::renderer::{RenderDevice, RenderGraph, RenderQueue};
+use bevy::render::{ExtractSchedule, Render, RenderApp};
+use bevy::time::TimeUpdateStrategy;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_clay::prelude::*;
+use glam::DVec3;
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+const DX: f64 = 0.005;
+/// So weak that the cube falls all the time [m/s^2].
+const GRAVITY: f64 = 0.5;
+
+/// A cube of clay 4 cells wide, 8 cells above the floor.
+fn cube() -> Snapshot {
+    let domain = Domain::new(DVec3::ZERO, DVec3::new(8.0, 16.0, 8.0) * DX, DX, Walls::default()).expect("domain");
+    let corner = domain.to_grid(DVec3::new(2.0, 8.0, 2.0) * DX);
+    let at = |i: i32| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)) * 0.5 + 0.25;
+    let particle = |i: i32| Particle::at(corner + at(i), (DX.powi(3) / 8.0) as f32, i.cast_unsigned());
+    Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: (0..512).map(particle).collect() }
+}
+
+/// Bevy's plugins without a window.
+fn plugins() -> PluginGroupBuilder {
+    let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
+    DefaultPlugins.set(window).disable::<WinitPlugin>().disable::<LogPlugin>()
+}
+
+/// An app that renders without a window; its clock stands.
+fn app() -> App {
+    let mut app = App::new();
+    app.add_plugins((plugins(), ClayPlugins)).insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+    app
+}
+
+/// Updates until `done`; an app that exits fails.
+fn settle(app: &mut App, what: &str, mut done: impl FnMut(&World) -> bool) -> Result<(), Failed> {
+    let start = Instant::now();
+    while app.plugins_state() == PluginsState::Adding {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    if app.plugins_state() == PluginsState::Ready {
+        app.finish();
+        app.cleanup();
+    }
+    while !done(app.world()) {
+        app.update();
+        if app.should_exit().is_some() {
+            return Err(format!("the app ended while it waited for {what}").into());
+        }
+        if start.elapsed() > Duration::from_secs(60) {
+            let states: Vec<_> = app.world_mut().query::<&ClayStatus>().iter(app.world()).cloned().collect();
+            return Err(format!("waited in vain for {what}: {states:?}").into());
+        }
+    }
+    Ok(())
+}
+
+fn spawn(app: &mut App, engine: EngineChoice) -> Result<Entity, Failed> {
+    let settings =
+        ClaySettings { engine, snapshot_interval: 0.01, mesh: MeshQuality::Off, gravity: DVec3::NEG_Y * GRAVITY, ..default() };
+    let clay = app.world_mut().spawn((Clay::new(cube()), settings)).id();
+    settle(app, "an engine", |world| world.get::<ClayEngine>(clay).is_some())?;
+    Ok(clay)
+}
+
+fn status(world: &World, clay: Entity) -> &ClayStatus {
+    world.get::<ClayStatus>(clay).expect("status")
+}
+
+/// Runs frames of 5 ms until the clay is `time` [s] further.
+fn run(app: &mut App, clay: Entity, time: f64) -> Result<(), Failed> {
+    let until = status(app.world(), clay).time + time - 1e-9;
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
+    settle(app, "frames of clay", |world| status(world, clay).time >= until)?;
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+    settle(app, "the last frame", |world| world.get::<ClayEngine>(clay).is_some_and(|e| e.pending() == 0))
+}
+
+fn state(app: &App, clay: Entity) -> Snapshot {
+    app.world().get::<ClayEngine>(clay).expect("engine").save().expect("state")
+}
+
+/// Height [m] of the centre of mass.
+fn height(snapshot: &Snapshot) -> f64 {
+    let sum: f64 = snapshot.particles.iter().map(|p| snapshot.domain.to_world(p.grid()).y).sum();
+    sum / snapshot.particles.len() as f64
+}
+
+fn check(holds: bool, what: impl Into<String>) -> Result<(), Failed> {
+    if holds { Ok(()) } else { Err(what.into().into()) }
+}
+
+/// A dropped cube falls g t^2 / 2 within 1 %, driven by the render graph.
+fn dropped_cube_falls_on_the_gpu_engine() -> Result<(), Failed> {
+    let mut app = app();
+    let clay = spawn(&mut app, EngineChoice::Gpu)?;
+    let name = &status(app.world(), clay).engine;
+    check(name.starts_with("GPU") || name.is_empty(), format!("runs on the {name}"))?;
+    run(&mut app, clay, 0.05)?;
+    check(status(app.world(), clay).engine.starts_with("GPU"), status(app.world(), clay).engine.clone())?;
+    let (after, expected) = (state(&app, clay), GRAVITY * status(app.world(), clay).time.powi(2) / 2.0);
+    let fallen = height(&cube()) - height(&after);
+    check((fallen / expected - 1.0).abs() < 0.01, format!("{fallen} m instead of {expected} m"))
+}
+
+/// Changing the engine moves the clay over, particle by particle, there and back.
+fn change_of_engine_keeps_the_state() -> Result<(), Failed> {
+    let mut app = app();
+    let clay = spawn(&mut app, EngineChoice::Native)?;
+    run(&mut app, clay, 0.02)?;
+    for (choice, name) in [(EngineChoice::Gpu, "GPU"), (EngineChoice::Native, "native")] {
+        let before = state(&app, clay);
+        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").engine = choice;
+        settle(&mut app, name, |world| status(world, clay).engine.starts_with(name))?;
+        let after = state(&app, clay);
+        let key = |s: &Snapshot| {
+            let mut all: Vec<_> = s.particles.iter().map(|p| (p.id, p.cell, p.offset.map(f32::to_bits))).collect();
+            all.sort_unstable();
+            all
+        };
+        check(key(&before) == key(&after), format!("the particles moved on the way to the {name} engine"))?;
+        check(before.time == after.time, format!("{} s became {} s", before.time, after.time))?;
+        run(&mut app, clay, 0.02)?;
+        check(status(app.world(), clay).time > before.time + 0.019, "the clay stands")?;
+    }
+    Ok(())
+}
+
+/// The app outlives its device: another one is made, and the clay goes on from its last kept state, no further back than the interval.
+fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
+    let mut app = app();
+    let clay = spawn(&mut app, EngineChoice::Gpu)?;
+    run(&mut app, clay, 0.05)?;
+    // The copy that is due.
+    std::thread::sleep(Duration::from_millis(20));
+    for _ in 0..20 {
+        app.update();
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let before = status(app.world(), clay).time;
+    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
+    // The loss shows where Bevy polls the device; devices of two instances compare equal, their queues do not.
+    let queue = app.world().resource::<RenderQueue>().clone();
+    device.destroy();
+    settle(&mut app, "another device", |world| !Arc::ptr_eq(&world.resource::<RenderQueue>().0, &queue.0))?;
+    settle(&mut app, "the engine on it", |world| world.get::<ClayEngine>(clay).is_some_and(|e| e.pending() == 0))?;
+    run(&mut app, clay, 0.05)?;
+    let time = status(app.world(), clay).time;
+    check(time > before, format!("{time} s after {before} s"))?;
+    let after = state(&app, clay);
+    let fallen = height(&cube()) - height(&after);
+    let expected = GRAVITY * after.time.powi(2) / 2.0;
+    check((fallen / expected - 1.0).abs() < 0.01, format!("{fallen} m instead of {expected} m: not where it left off"))?;
+    check(status(app.world(), clay).engine.starts_with("GPU"), status(app.world(), clay).engine.clone())
+}
+
+/// A validation error in the clay's work stops its engine, not the app; the clay goes on natively and says why.
+fn fault_of_the_clay_does_not_end_the_app() -> Result<(), Failed> {
+    let mut app = app();
+    let clay = spawn(&mut app, EngineChoice::Gpu)?;
+    run(&mut app, clay, 0.02)?;
+    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
+    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::STORAGE;
+    let _ = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("clay:fault"),
+        size: 1 << 60,
+        usage,
+        mapped_at_creation: false,
+    });
+    let is_native = |world: &World| status(world, clay).engine.starts_with("native");
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
+    settle(&mut app, "the native engine", is_native)?;
+    let error = status(app.world(), clay).error.clone().unwrap_or_default();
+    check(error.contains("clay:fault"), format!("error: {error}"))?;
+    let before = status(app.world(), clay).time;
+    run(&mut app, clay, 0.02)?;
+    check(status(app.world(), clay).time > before, "the clay stands")
+}
+
+/// Errors that are not the clay's go where they went before.
+fn fault_of_the_app_goes_to_the_app() -> Result<(), Failed> {
+    static SEEN: AtomicUsize = AtomicUsize::new(0);
+    let mut app = app();
+    app.insert_resource(RenderErrorHandler(|_, _, _| {
+        SEEN.fetch_add(1, Ordering::Relaxed);
+        RenderErrorPolicy::Ignore
+    }));
+    let clay = spawn(&mut app, EngineChoice::Native)?;
+    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
+    let usage = wgpu::BufferUsages::STORAGE;
+    let _ = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("the app's"),
+        size: 1 << 60,
+        usage,
+        mapped_at_creation: false,
+    });
+    run(&mut app, clay, 0.02)?;
+    check(SEEN.load(Ordering::Relaxed) == 1, format!("seen {} times", SEEN.load(Ordering::Relaxed)))
+}
+
+/// No system of the plugin runs in an order left to chance, in any schedule of both worlds.
+fn systems_have_an_order() -> Result<(), Failed> {
+    let mut app = App::new();
+    app.add_plugins((plugins().disable::<PipelinedRenderingPlugin>(), ClayPlugins));
+    spawn(&mut app, EngineChoice::Gpu)?;
+    let mut found = vec![];
+    let mut look = |world: &World, label: InternedScheduleLabel, ours: &[&str]| -> Result<(), Failed> {
+        let schedule = world.resource::<Schedules>().get(label).ok_or_else(|| format!("no schedule {label:?}"))?;
+        let names: Vec<String> = schedule.systems()?.map(|(_, system)| system.name().shortname().to_string()).collect();
+        let missing = ours.iter().find(|name| !names.iter().any(|n| n == *name));
+        check(missing.is_none(), format!("{missing:?} is not in {label:?}: {names:?}"))?;
+        let conflicts = schedule.graph().conflicting_systems().to_string(schedule.graph(), world.components());
+        let is_ours = |name: &str| ours.contains(&name.split(" (").next().unwrap_or_default());
+        found.extend(
+            conflicts.filter(|(a, b, _)| is_ours(a) || is_ours(b)).map(|(a, b, on)| format!("{label:?}: {a}, {b}: {on:?}")),
+        );
+        Ok(())
+    };
+    let systems = ["start", "admit", "report", "keep", "step", "swap", "request", "status", "measure"];
+    look(app.world(), Update.intern(), &systems)?;
+    let render = app.get_sub_app(RenderApp).ok_or("no render world")?.world();
+    look(render, ExtractSchedule.intern(), &["extract"])?;
+    look(render, RenderGraph.intern(), &["record"])?;
+    look(render, Render.intern(), &["submitted"])?;
+    check(found.is_empty(), format!("{found:#?}"))
+}
+
+type Test = fn() -> Result<(), Failed>;
+
+fn main() {
+    let mut arguments = Arguments::from_args();
+    // Software adapters use all cores for each.
+    arguments.test_threads.get_or_insert(1);
+    let trials: [(&str, Test); 6] = [
+        ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
+        ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
+        ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
+        ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
+        ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
+        ("systems_have_an_order", systems_have_an_order),
+    ];
+    let mode = GpuMode::from_env().expect("CLAY_GPU");
+    let is_ignored = mode == GpuMode::Off || mode == GpuMode::Auto && GpuDevice::headless().is_err();
+    let trial = |(name, run)| Trial::test(name, run).with_ignored_flag(is_ignored);
+    libtest_mimic::run(&arguments, trials.into_iter().map(trial).collect()).exit();
+}
