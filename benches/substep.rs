@@ -12,14 +12,8 @@ use std::time::Instant;
 
 /// The peers' scene: E 1e5, nu 0.1, yield 2 kPa, rho 1000, a 1 m room, dt a quarter of the wave limit.
 fn scene(particles: usize, cells: i32) -> (Snapshot, f64) {
-    let material = ClayMaterial {
-        density: 1000.0,
-        young_modulus: 1e5,
-        poisson_ratio: 0.1,
-        yield_stress: 2e3,
-        softening: 0.0,
-        softening_length: 0.0,
-    };
+    let material =
+        ClayMaterial { density: 1000.0, young_modulus: 1e5, poisson_ratio: 0.1, yield_stress: 2e3, ..ClayMaterial::default() };
     let dx = 1.0 / f64::from(cells);
     let dt = 0.25 * dx / material.wave_speed(material.density);
     let domain = Domain::new(DVec3::ZERO, DVec3::ONE, dx, Walls::default()).expect("a room of 1 m");
@@ -83,6 +77,7 @@ fn run(engine: &mut dyn Engine, particles: usize, grid: i32, is_json: bool) {
             density_scale: 1.0,
             gravity: DVec3::new(0.0, -9.81, 0.0),
             tools: vec![],
+            volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),
         };

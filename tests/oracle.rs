@@ -48,6 +48,7 @@ fn plan(oracle: &Oracle, fraction: f64, steps: u32) -> FramePlan {
         density_scale: 1.0,
         gravity: DVec3::ZERO,
         tools: Vec::new(),
+        volume_averaging: 0.0,
         seed: 0,
         validation: Validation::default(),
     }
@@ -179,7 +180,7 @@ fn self_weight_errors(cells: u32) -> (f64, f64) {
         dt,
         steps: (15.0 * length / wave_speed / dt) as u32,
         gravity: DVec3::new(0.0, -gravity, 0.0),
-        validation: Validation { damping: 0.7 * PI * wave_speed / length },
+        validation: Validation { damping: 0.7 * PI * wave_speed / length, ..Validation::default() },
         ..plan(&oracle, 1.0, 1)
     });
     let stretch = |at: f64| {
@@ -253,7 +254,7 @@ fn momentum_balances_with_walls_and_every_tool() {
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, 0.2);
         let path = moving(7, shape, contact, turn, [2.6, 6.2, 2.4], [2.5, 3.1, 2.7], plan.duration());
         let duration = plan.duration();
-        let validation = Validation { damping: 20.0 };
+        let validation = Validation { damping: 20.0, ..Validation::default() };
         let gravity = DVec3::new(1.0, -9.81, 0.5);
         let report = oracle.run(&FramePlan { tools: vec![path], gravity, validation, density_scale: 4.0, ..plan });
         let error = report.balance_error();
@@ -327,7 +328,7 @@ fn corner_carries_the_weight() {
         fill(&mut oracle, [0.0; 3], [4, 4, 4], [2, 2, 2]);
         let rest = FramePlan {
             gravity: DVec3::new(-2.0, -9.81, -3.0),
-            validation: Validation { damping: 300.0 },
+            validation: Validation { damping: 300.0, ..Validation::default() },
             ..plan(&oracle, 0.7, 600)
         };
         oracle.run(&rest);

@@ -183,6 +183,7 @@ impl Lab {
             density_scale: 1.0,
             gravity: DVec3::ZERO,
             tools: vec![],
+            volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),
         };

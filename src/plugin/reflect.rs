@@ -4,7 +4,7 @@
 
 use super::clay::{Clay, ClaySettings, ClayStatus};
 use super::tool::SculptTool;
-use crate::sim::material::ClayMaterial;
+use crate::sim::material::{ClayLaw, ClayMaterial};
 use crate::sim::plan::InertiaScaling;
 use crate::sim::tool::{Contact, Tool, ToolShape};
 use bevy::prelude::*;
@@ -21,6 +21,21 @@ impl_reflect!(
         yield_stress: f64,
         softening: f64,
         softening_length: f64,
+        hardening_modulus: f64,
+        viscosity: f64,
+        flow_index: f64,
+        law: ClayLaw,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::material"]
+    enum ClayLaw {
+        Softened,
+        Worked { loss: f64, rate: f64, rest_time: f64 },
+        AsPublished,
+        AsPublishedDefaultD,
     }
 );
 

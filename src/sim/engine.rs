@@ -9,6 +9,8 @@ use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
 use super::snapshot::Snapshot;
 use super::tool::ToolPath;
+#[doc(hidden)]
+pub use super::validation::Validation;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -32,19 +34,14 @@ pub struct FramePlan {
     pub gravity: DVec3,
     /// The tools and their ways through the frame.
     pub tools: Vec<ToolPath>,
+    /// Anti-locking [-] in [0, 1): the share per substep by which the ln J of flowing particles relaxes to their cell's mean; 0 is plain MPM.
+    #[serde(default)]
+    pub volume_averaging: f64,
     /// Seed of anything random in the frame.
     pub seed: u64,
     /// For validation cases only.
     #[doc(hidden)]
     pub validation: Validation,
-}
-
-/// Inputs that validation cases need and an application must not use.
-#[doc(hidden)]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Validation {
-    /// Decay rate of node velocities [1/s]: finds equilibria.
-    pub damping: f64,
 }
 
 impl FramePlan {
@@ -81,6 +78,9 @@ impl FramePlan {
         }
         if !(self.density_scale.is_finite() && self.density_scale >= 1.0) {
             return Err(ParamsError::new("density_scale", self.density_scale, "must be 1 or more"));
+        }
+        if !(0.0..1.0).contains(&self.volume_averaging) {
+            return Err(ParamsError::new("volume_averaging", self.volume_averaging, "must lie in [0, 1)"));
         }
         if !self.gravity.is_finite() {
             return Err(ParamsError::new("gravity", self.gravity, "must be finite"));

@@ -1,4 +1,4 @@
-//! What the clay is made of: Hencky elasticity with a von Mises yield stress that softens near the tool.
+//! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and soften.
 
 use super::params::ParamsError;
 use serde::{Deserialize, Serialize};
@@ -21,6 +21,53 @@ pub struct ClayMaterial {
     /// Softening length tau [m] of Eq. 5; 0 stands for 3 cells.
     #[serde(default)]
     pub softening_length: f64,
+    /// Hardening modulus H [Pa]: what the yield stress gains per plastic strain.
+    #[serde(default)]
+    pub hardening_modulus: f64,
+    /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is `sY + H a + eta (da/dt)^n`. 0 is rate-independent clay.
+    #[serde(default)]
+    pub viscosity: f64,
+    /// Flow index n [-] in (0, 1]; 1 is linear viscosity.
+    #[serde(default = "one")]
+    pub flow_index: f64,
+    /// What softens the clay besides.
+    #[serde(default)]
+    pub law: ClayLaw,
+}
+
+/// What a tool or the working of clay does to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum ClayLaw {
+    /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the tool.
+    #[default]
+    Softened,
+    /// The same, and worked clay softens and stiffens again as it rests (thixotropy): the yield stress is also multiplied by `1 - loss D`, where the
+    /// working D [-] follows `dD/dt = rate (1 - D) da/dt - D / rest_time` with the plastic strain a.
+    Worked {
+        /// Share of the yield stress that fully worked clay loses [-], in [0, 1).
+        loss: f64,
+        /// How fast working softens [1 per plastic strain].
+        rate: f64,
+        /// Time in which rest brings back all but 1/e of what was lost [s]; infinite for never.
+        rest_time: f64,
+    },
+    /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy is created: kept for
+    /// reproduction, on the native engine and the oracle only. **Unstable.**
+    AsPublished,
+    /// The same with the usual default distance 0 where no tool is within 3 cells, which Eq. 5's second branch takes to a zeta above 1. **Unstable.**
+    AsPublishedDefaultD,
+}
+
+impl ClayLaw {
+    /// Whether the law is Eq. 4-5 to the letter, in either reading.
+    pub fn is_as_published(self) -> bool {
+        matches!(self, Self::AsPublished | Self::AsPublishedDefaultD)
+    }
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// Named clays. Young's modulus is 55 times the yield stress: a stiffer clay costs substeps and adds under 10 % to shallow forces
@@ -50,6 +97,10 @@ impl Preset {
             yield_stress,
             softening: 0.0,
             softening_length: 0.0,
+            hardening_modulus: 0.0,
+            viscosity: 0.0,
+            flow_index: 1.0,
+            law: ClayLaw::Softened,
         }
     }
 }
@@ -97,11 +148,28 @@ impl ClayMaterial {
         if self.softening_length > 0.0 { self.softening_length } else { 3.0 * cell_width }
     }
 
-    /// Yield stress [Pa] at `distance` [m] from the nearest tool: `sY (1 - s zeta)`, with zeta of Eq. 5 read so that 0 <= |d| <= 3 dx is near.
-    pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
+    /// zeta [-] of Eq. 5 at `distance` [m] from the nearest tool, read so that 0 <= |d| <= 3 dx is near.
+    pub fn softening_zeta(&self, distance: f64, cell_width: f64) -> f64 {
         let beyond = distance.abs() - 3.0 * cell_width;
-        let zeta = if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() };
-        self.yield_stress * (1.0 - self.softening * zeta)
+        if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
+    }
+
+    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`.
+    pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
+        self.yield_stress * (1.0 - self.softening * self.softening_zeta(distance, cell_width))
+    }
+
+    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as published, where it is zeta of Eq. 5 to the letter.
+    pub fn stress_factor_at(&self, distance: f64, cell_width: f64) -> f64 {
+        let (reach, length) = (3.0 * cell_width, self.softening_length_or_default(cell_width));
+        match self.law {
+            ClayLaw::Softened | ClayLaw::Worked { .. } => 1.0,
+            // The branch for near clay excludes d = 0.
+            ClayLaw::AsPublished if distance > 0.0 && distance <= reach => 1.0,
+            ClayLaw::AsPublished => (-(distance - reach) / length).exp(),
+            ClayLaw::AsPublishedDefaultD if distance <= reach => 1.0,
+            ClayLaw::AsPublishedDefaultD => (reach / length).exp(),
+        }
     }
 
     /// Checks every parameter.
@@ -134,6 +202,29 @@ impl ClayMaterial {
                 self.softening_length,
                 "must be 0 (3 cells) or a positive length in metres",
             ));
+        }
+        self.validate_flow()
+    }
+
+    fn validate_flow(&self) -> Result<(), ParamsError> {
+        let not_negative = |name, value: f64| match value.is_finite() && value >= 0.0 {
+            true => Ok(()),
+            false => Err(ParamsError::new(name, value, "must be finite and not negative")),
+        };
+        not_negative("hardening_modulus", self.hardening_modulus)?;
+        not_negative("viscosity", self.viscosity)?;
+        // Below 0.05 the stress hardly knows the rate, and the return map's powers leave the range of f32.
+        if !(0.05..=1.0).contains(&self.flow_index) {
+            return Err(ParamsError::new("flow_index", self.flow_index, "must lie in [0.05, 1]"));
+        }
+        if let ClayLaw::Worked { loss, rate, rest_time } = self.law {
+            if !(0.0..1.0).contains(&loss) {
+                return Err(ParamsError::new("loss", loss, "must lie in [0, 1)"));
+            }
+            not_negative("rate", rate)?;
+            if rest_time.is_nan() || rest_time <= 0.0 {
+                return Err(ParamsError::new("rest_time", rest_time, "must be a positive time in seconds, or inf"));
+            }
         }
         Ok(())
     }

@@ -69,13 +69,15 @@ mod sums;
 pub mod tool;
 #[doc(hidden)]
 pub mod trace;
+#[doc(hidden)]
+pub mod validation;
 
 /// What most programs need.
 pub mod prelude {
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
-    pub use super::material::{ClayMaterial, Preset};
+    pub use super::material::{ClayLaw, ClayMaterial, Preset};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::plan::{InertiaScaling, StepLimits};

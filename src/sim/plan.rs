@@ -18,6 +18,9 @@ const STILL_TRAVEL: f64 = 1e-6;
 /// Greatest tool speed over the wave speed.
 pub const TOOL_MACH_MAX: f64 = 0.25;
 
+/// Share per substep by which the ln J of flowing particles relaxes to their cell's mean.
+pub const VOLUME_AVERAGING: f64 = 0.0;
+
 /// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`, V the tool's speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InertiaScaling {
@@ -55,11 +58,19 @@ pub struct StepLimits {
     pub gravity: DVec3,
     /// Greatest speed expected in the clay [m/s], from the last report; 0 leaves it to the material and the tools.
     pub speed: f64,
+    /// Anti-locking, see [`FramePlan::volume_averaging`]; [`VOLUME_AVERAGING`] by default.
+    pub volume_averaging: f64,
 }
 
 impl Default for StepLimits {
     fn default() -> Self {
-        Self { fraction: STEP_FRACTION, inertia: InertiaScaling::Off, gravity: DVec3::new(0.0, -9.81, 0.0), speed: 0.0 }
+        Self {
+            fraction: STEP_FRACTION,
+            inertia: InertiaScaling::Off,
+            gravity: DVec3::new(0.0, -9.81, 0.0),
+            speed: 0.0,
+            volume_averaging: VOLUME_AVERAGING,
+        }
     }
 }
 
@@ -93,6 +104,7 @@ impl StepLimits {
             density_scale,
             gravity: self.gravity,
             tools: tools.to_vec(),
+            volume_averaging: self.volume_averaging,
             seed: 0,
             validation: Validation::default(),
         }

@@ -1,6 +1,6 @@
-//! The state of the clay, whole: what an engine loads and saves, and a file of it (version 1).
+//! The state of the clay, whole: what an engine loads and saves, and a file of it (version 2; version 1, which knew less of the material, is read too).
 
-use super::material::ClayMaterial;
+use super::material::{ClayLaw, ClayMaterial};
 use super::params::{Domain, Wall, Walls};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, IVec3};
@@ -132,7 +132,7 @@ pub enum SnapshotError {
     #[error("not a clay snapshot: the first 8 bytes are not `bevyclay`")]
     NotASnapshot,
     /// A version this program does not know.
-    #[error("clay snapshot of version {0}; this program reads version 1")]
+    #[error("clay snapshot of version {0}; this program reads versions 1 and 2")]
     Version(u32),
     /// The file is cut short, too long or changed.
     #[error("clay snapshot damaged: {0}")]
@@ -140,9 +140,16 @@ pub enum SnapshotError {
 }
 
 const MAGIC: &[u8; 8] = b"bevyclay";
-const VERSION: u32 = 1;
-/// Magic, version, walls, 17 numbers, particle count, checksum.
-const HEADER: usize = 8 + 4 + 6 + 2 + 13 * 8 + 12 + 4 + 8;
+const VERSION: u32 = 2;
+/// Numbers in the header: the domain's and the material's, the time, spare ones.
+const NUMBERS: usize = 24;
+/// The same in version 1.
+const NUMBERS_1: usize = 13;
+
+/// Bytes before the particles: magic, version, walls, law, numbers, cells, particle count, checksum.
+const fn header_bytes(numbers: usize) -> usize {
+    8 + 4 + 6 + 2 + numbers * 8 + 12 + 4 + 8
+}
 
 impl Snapshot {
     /// Sum of rest volumes [m^3].
@@ -152,13 +159,15 @@ impl Snapshot {
 
     /// The snapshot as bytes: little-endian, versioned, with a checksum.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(HEADER + self.particles.len() * size_of::<Particle>());
+        let mut out = Vec::with_capacity(header_bytes(NUMBERS) + self.particles.len() * size_of::<Particle>());
         out.extend(MAGIC);
         out.extend(VERSION.to_le_bytes());
         let (d, m) = (&self.domain, &self.material);
+        let (law, [loss, rate, rest_time]) = law_code(m.law);
         out.extend(d.walls.low.iter().chain(&d.walls.high).map(|w| wall_code(*w)));
-        out.extend([0; 2]);
-        let numbers = [
+        out.extend([law, 0]);
+        let mut numbers = [0.0; NUMBERS];
+        numbers[..18].copy_from_slice(&[
             d.origin.x,
             d.origin.y,
             d.origin.z,
@@ -170,9 +179,14 @@ impl Snapshot {
             m.softening,
             m.softening_length,
             self.time,
+            m.hardening_modulus,
+            m.viscosity,
+            m.flow_index,
+            loss,
+            rate,
+            rest_time,
             0.0,
-            0.0,
-        ];
+        ]);
         numbers.iter().for_each(|n| out.extend(n.to_le_bytes()));
         d.cells.to_array().iter().for_each(|n| out.extend(n.to_le_bytes()));
         out.extend(u32::try_from(self.particles.len()).unwrap_or(u32::MAX).to_le_bytes());
@@ -191,16 +205,18 @@ impl Snapshot {
             return Err(SnapshotError::NotASnapshot);
         }
         let version = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        match version {
-            Some(VERSION) => {}
+        let numbers = match version {
+            Some(VERSION) => NUMBERS,
+            Some(1) => NUMBERS_1,
             Some(other) => return Err(SnapshotError::Version(other)),
             None => return Err(SnapshotError::Damaged("cut short within the header")),
-        }
-        let (head, body) = bytes.split_at_checked(HEADER).ok_or(SnapshotError::Damaged("cut short within the header"))?;
-        let (fields, sum) = head.split_at(HEADER - 8);
+        };
+        let header = header_bytes(numbers);
+        let (head, body) = bytes.split_at_checked(header).ok_or(SnapshotError::Damaged("cut short within the header"))?;
+        let (fields, sum) = head.split_at(header - 8);
         let word = |at: usize| <[u8; 4]>::try_from(&fields[at..at + 4]).unwrap_or_default();
         let number = |i: usize| f64::from_le_bytes(<[u8; 8]>::try_from(&fields[20 + 8 * i..28 + 8 * i]).unwrap_or_default());
-        let count = u32::from_le_bytes(word(HEADER - 12)) as usize;
+        let count = u32::from_le_bytes(word(header - 12)) as usize;
         if body.len() != count * size_of::<Particle>() {
             return Err(SnapshotError::Damaged("its length does not fit its particle count"));
         }
@@ -209,7 +225,10 @@ impl Snapshot {
         }
         let wall = |i: usize| wall_from_code(fields[12 + i]).ok_or(SnapshotError::Damaged("a wall of unknown kind"));
         let walls = Walls { low: [wall(0)?, wall(1)?, wall(2)?], high: [wall(3)?, wall(4)?, wall(5)?] };
-        let cells = IVec3::from_array([0, 1, 2].map(|i| i32::from_le_bytes(word(20 + 13 * 8 + 4 * i))));
+        let cells = IVec3::from_array([0, 1, 2].map(|i| i32::from_le_bytes(word(20 + numbers * 8 + 4 * i))));
+        let of_2 = |i: usize, before: f64| if numbers == NUMBERS { number(i) } else { before };
+        let law_numbers = [of_2(14, 0.0), of_2(15, 0.0), of_2(16, 0.0)];
+        let law = law_from_code(fields[18], law_numbers).ok_or(SnapshotError::Damaged("a law of unknown kind"))?;
         let domain = Domain { origin: DVec3::new(number(0), number(1), number(2)), cell_width: number(3), cells, walls };
         let material = ClayMaterial {
             density: number(4),
@@ -218,6 +237,10 @@ impl Snapshot {
             yield_stress: number(7),
             softening: number(8),
             softening_length: number(9),
+            hardening_modulus: of_2(11, 0.0),
+            viscosity: of_2(12, 0.0),
+            flow_index: of_2(13, 1.0),
+            law,
         };
         Ok(Self { domain, material, time: number(10), particles: bytemuck::pod_collect_to_vec(body) })
     }
@@ -233,6 +256,21 @@ fn wall_code(wall: Wall) -> u8 {
 
 fn wall_from_code(code: u8) -> Option<Wall> {
     [Wall::Slip, Wall::Stick, Wall::Separate].get(usize::from(code)).copied()
+}
+
+/// A law's code and numbers.
+fn law_code(law: ClayLaw) -> (u8, [f64; 3]) {
+    match law {
+        ClayLaw::Softened => (0, [0.0; 3]),
+        ClayLaw::Worked { loss, rate, rest_time } => (1, [loss, rate, rest_time]),
+        ClayLaw::AsPublished => (2, [0.0; 3]),
+        ClayLaw::AsPublishedDefaultD => (3, [0.0; 3]),
+    }
+}
+
+fn law_from_code(code: u8, [loss, rate, rest_time]: [f64; 3]) -> Option<ClayLaw> {
+    let worked = ClayLaw::Worked { loss, rate, rest_time };
+    [ClayLaw::Softened, worked, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD].get(usize::from(code)).copied()
 }
 
 /// FNV-1a over 8-byte words: finds damage, not malice.
@@ -262,7 +300,10 @@ mod tests {
                 p
             })
             .collect();
-        Snapshot { domain, material: Preset::Plasticine.material(), time: 1.25, particles }
+        let law = ClayLaw::Worked { loss: 0.5, rate: 2.0, rest_time: f64::INFINITY };
+        let material =
+            ClayMaterial { hardening_modulus: 1e3, viscosity: 20.0, flow_index: 0.3, law, ..Preset::Plasticine.material() };
+        Snapshot { domain, material, time: 1.25, particles }
     }
 
     #[test]
@@ -271,11 +312,27 @@ mod tests {
         assert_eq!(Snapshot::from_bytes(&s.to_bytes()), Ok(s));
     }
 
+    /// A file of version 1 gives the clay it was made of.
+    #[test]
+    fn version_1_is_read() {
+        let material = Preset::Plasticine.material();
+        let s = Snapshot { material, ..snapshot() };
+        let new = s.to_bytes();
+        let (head, body) = new.split_at(header_bytes(NUMBERS));
+        let mut old = head[..20 + 11 * 8].to_vec();
+        old[8..12].copy_from_slice(&1u32.to_le_bytes());
+        old.extend([0; 16]);
+        old.extend(&head[20 + NUMBERS * 8..head.len() - 8]);
+        old.extend(checksum(&old, body).to_le_bytes());
+        old.extend(body);
+        assert_eq!(Snapshot::from_bytes(&old), Ok(s));
+    }
+
     /// Every cut of the file, and a changed byte anywhere, is found.
     #[test]
     fn damaged_bytes_are_refused() {
         let bytes = snapshot().to_bytes();
-        for length in [0, 7, 11, 100, HEADER, bytes.len() - 1] {
+        for length in [0, 7, 11, 100, header_bytes(NUMBERS), bytes.len() - 1] {
             assert!(Snapshot::from_bytes(&bytes[..length]).is_err(), "cut to {length}");
         }
         for at in (0..bytes.len()).step_by(97) {

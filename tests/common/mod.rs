@@ -81,6 +81,7 @@ pub(crate) fn plan(snapshot: &Snapshot, dt_fraction: f64, steps: u32, tools: Vec
         density_scale: 1.0,
         gravity: DVec3::new(0.0, -9.81, 0.0),
         tools,
+        volume_averaging: 0.0,
         seed: 0,
         validation: Validation::default(),
     }

@@ -197,6 +197,18 @@ impl GpuEngine {
     }
 }
 
+/// Refuses what only the native engine and the oracle know.
+fn refuse_comparisons(plan: &FramePlan) -> Result<(), ParamsError> {
+    if plan.material.law.is_as_published() {
+        let law = format!("{:?}", plan.material.law);
+        return Err(ParamsError::new("law", law, "is kept for comparison, on the native engine only"));
+    }
+    match plan.validation.special_input() {
+        Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
+        None => Ok(()),
+    }
+}
+
 impl Engine for GpuEngine {
     fn describe(&self) -> String {
         format!("GPU engine on {}", self.link.shared.device.describe())
@@ -219,6 +231,7 @@ impl Engine for GpuEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
+        refuse_comparisons(&plan)?;
         self.latest()?;
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");

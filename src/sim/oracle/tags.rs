@@ -58,6 +58,7 @@ mod tests {
             density_scale: 1.0,
             gravity: DVec3::ZERO,
             tools: vec![ToolPath { id: 1, tool, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
+            volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),
         };
