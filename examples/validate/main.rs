@@ -13,8 +13,10 @@ mod elastic;
 mod lab;
 mod law;
 mod motion;
+mod prandtl;
 mod report;
 mod robust;
+mod slump;
 mod surface;
 
 use bevy_clay::sim::prelude::*;
@@ -90,6 +92,8 @@ const CASES: &[Case] = &[
     physics("blade leak", blade::leak),
     physics("blade withdrawn", blade::withdrawn),
     physics("blade at rest", blade::at_rest),
+    physics("punch", prandtl::punch),
+    physics("cut slope", slump::cut_slope),
     physics("determinism", robust::determinism),
     physics("health", robust::health),
     Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },

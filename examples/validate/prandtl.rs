@@ -1,0 +1,178 @@
+//! Prandtl's punch: the bearing factor of a rough strip on clay, and the noise of the pressure under it, with and without averaging of volume.
+
+use crate::lab::{DX, Lab, Mover, Size, block, place, room_with, snapshot, stable_step};
+use crate::report::Row;
+use bevy_clay::sim::prelude::*;
+use bevy_clay::sim::tool::CONTACT_OFFSET;
+use glam::{DQuat, DVec3, IVec3};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// Bearing factor of a strip on a weightless half-space: `q = (2 + pi) k` (Prandtl 1920).
+pub(crate) const PRANDTL: f64 = 2.0 + PI;
+/// Thickness of the slab between slip walls [cells].
+const SLAB: i32 = 4;
+/// Shear strength k [Pa]. Only ratios to it matter.
+const STRENGTH: f64 = 5e3;
+/// Rigidity index G / k [-].
+const RIGIDITY: f64 = 100.0;
+/// Substeps of a frame: averaging of volume works every 32.
+const FRAME: u32 = 32;
+/// Share per substep by which volume is averaged where it is [-]: 0.3 gives the same bearing factor to 0.1 %, 0.01 one that is 3 % greater.
+const AVERAGING: f64 = 0.1;
+/// Plastic strain beyond which clay counts as flowing [-]: the elastic shear strain at yield is 0.01.
+const FLOWING: f64 = 0.01;
+
+/// One run: half of a strip of width B, by symmetry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Punch {
+    /// Width B [cells], even.
+    pub(crate) width: i32,
+    /// Poisson's ratio [-].
+    pub(crate) poisson_ratio: f64,
+    /// See `FramePlan::volume_averaging`.
+    pub(crate) volume_averaging: f64,
+    /// Speed V over the shear wave's speed [-]; `rho V^2 / k` is its square times G / k.
+    pub(crate) speed: f64,
+    /// Half the width and the depth of the clay, over B.
+    pub(crate) room: [f64; 2],
+}
+
+/// What a run gave.
+#[derive(Clone, Debug)]
+pub(crate) struct Bearing {
+    /// Mean of F / (B k) over u / B = 0.06 to 0.10, B as drawn.
+    pub(crate) factor: f64,
+    /// Rms over the flowing particles of pressure less the mean of its cell, over k.
+    pub(crate) noise: f64,
+    /// Width of the strip that moves down with the tool, by half of its way [cells].
+    pub(crate) width: f64,
+    /// u / B and F / (B k), frame by frame.
+    pub(crate) curve: Vec<[f64; 2]>,
+}
+
+impl Punch {
+    /// B = 8 cells, as the limits are for.
+    pub(crate) fn new(poisson_ratio: f64, volume_averaging: f64) -> Self {
+        Self { width: 8, poisson_ratio, volume_averaging, speed: 0.002, room: [2.5, 2.0] }
+    }
+
+    fn material(&self) -> ClayMaterial {
+        let shear_modulus = RIGIDITY * STRENGTH;
+        ClayMaterial {
+            young_modulus: 2.0 * shear_modulus * (1.0 + self.poisson_ratio),
+            poisson_ratio: self.poisson_ratio,
+            yield_stress: 3f64.sqrt() * STRENGTH,
+            ..Preset::SoftClay.material()
+        }
+    }
+
+    /// Presses the strip in by a tenth of its width.
+    pub(crate) fn press(&self) -> Bearing {
+        let material = self.material();
+        let b = f64::from(self.width);
+        let [across, deep] = self.room.map(|r| (r * b).round() as i32);
+        let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
+        let domain = room_with([across, deep + 4, SLAB], walls);
+        let clay = snapshot(domain, material, block(DVec3::ZERO, IVec3::new(across, deep, SLAB)));
+        let mut lab = Lab::new(&clay, stable_step(&material));
+        lab.plan.volume_averaging = self.volume_averaging;
+        // The drawn face starts where it first touches the nodes of the clay's surface: u counts from the first contact.
+        let shape = ToolShape::Box { half_size: DVec3::new(b / 2.0, 2.0, f64::from(SLAB)) };
+        let top = f64::from(deep);
+        let start = DVec3::new(0.0, top + 2.0 + CONTACT_OFFSET - 1e-6, f64::from(SLAB) / 2.0);
+        let mut mover = Mover::new(&domain, shape, Contact::Stick, start, DQuat::IDENTITY);
+        let speed = self.speed * (material.lame_mu() / material.density).sqrt();
+        let seconds = f64::from(FRAME) * lab.plan.dt;
+        let frame_travel = speed * seconds;
+        let (mut u, mut frames, mut curve) = (0.0, 0.0, vec![]);
+        let mut middle = None;
+        while u < 0.1 * b * DX {
+            frames += 1.0;
+            // From rest to full speed over the first fiftieth of B.
+            let ramp = (frames * frame_travel / (0.02 * b * DX)).min(1.0);
+            mover.velocity = DVec3::NEG_Y * ramp * speed;
+            let force = lab.frame_moving(FRAME, &mut mover).tools[0].force.y;
+            u += ramp * frame_travel;
+            curve.push([u / (b * DX), force / (b / 2.0 * f64::from(SLAB) * DX * DX * STRENGTH)]);
+            if middle.is_none() && u > 0.06 * b * DX {
+                middle = Some((lab.particles(), u));
+            }
+        }
+        let after = lab.particles();
+        let (before, u_before) = middle.unwrap_or_default();
+        let late: Vec<f64> = curve.iter().filter(|c| c[0] > 0.06).map(|c| c[1]).collect();
+        Bearing {
+            factor: late.iter().sum::<f64>() / late.len() as f64,
+            noise: noise(&after, material.bulk_modulus()) / STRENGTH,
+            width: 2.0 * half_width(&before, &after, top, (u - u_before) / DX),
+            curve,
+        }
+    }
+}
+
+/// Rms over the flowing particles of pressure less its cell's mean [Pa].
+fn noise(particles: &[Particle], bulk_modulus: f64) -> f64 {
+    let pressure = |p: &Particle| -bulk_modulus * p.volume_ratio().ln();
+    let mut cells: HashMap<[i32; 3], (f64, f64)> = HashMap::new();
+    for p in particles {
+        let sum = cells.entry(p.cell).or_default();
+        *sum = (sum.0 + pressure(p), sum.1 + 1.0);
+    }
+    let flowing = particles.iter().filter(|p| f64::from(p.hardening) > FLOWING);
+    let deviation = |p: &Particle| {
+        let (sum, count) = cells[&p.cell];
+        (pressure(p) - sum / count).powi(2)
+    };
+    let (sum, count) = flowing.fold((0.0, 0.0), |s, p| (s.0 + deviation(p), s.1 + 1.0));
+    (sum / count).sqrt()
+}
+
+/// Where the top layer's sinking falls to half of the tool's `way` [cells from the symmetry plane].
+fn half_width(before: &[Particle], after: &[Particle], top: f64, way: f64) -> f64 {
+    let mut columns: HashMap<i32, [f64; 3]> = HashMap::new();
+    for (a, p) in before.iter().zip(after).filter(|(_, p)| is_top(p, top)) {
+        let (a, b) = (place(a), place(p));
+        let column = columns.entry((a.x * 2.0).floor() as i32).or_default();
+        for (sum, value) in column.iter_mut().zip([a.x, (a.y - b.y) / way, 1.0]) {
+            *sum += value;
+        }
+    }
+    let mut profile: Vec<[f64; 2]> = columns.values().map(|[x, sunk, n]| [x / n, sunk / n]).collect();
+    profile.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let crossing = profile.windows(2).find(|w| w[0][1] >= 0.5 && w[1][1] < 0.5);
+    crossing.map_or(f64::NAN, |w| w[0][0] + (w[0][1] - 0.5) / (w[0][1] - w[1][1]) * (w[1][0] - w[0][0]))
+}
+
+/// Whether the particle started in the top layer: ids count along z, then y, as the lattice was filled.
+fn is_top(p: &Particle, top: f64) -> bool {
+    let (along_z, along_y) = (2 * SLAB.cast_unsigned(), 2 * top as u32);
+    p.id / along_z % along_y == along_y - 1
+}
+
+/// The punch with and without averaging of volume at nu = 0.45, and at nu = 0.49 in full.
+pub(crate) fn punch(size: Size) -> Vec<Row> {
+    let width = 8.0;
+    // Nodes within half the drawn width hold the clay half a cell beyond: the answer lies between that of B and of B + dx; 3 % for the rest.
+    let most = PRANDTL * (1.0 + 1.0 / width) * 1.03;
+    let ratios: &[f64] = size.pick(&[0.45], &[0.45], &[0.45, 0.49]);
+    let mut rows = vec![];
+    let mut factors = vec![];
+    for &ratio in ratios {
+        let name = |what: &str| format!("punch: {what}, nu {ratio}");
+        let averaged = Punch::new(ratio, AVERAGING).press();
+        rows.push(Row::at_least(name("least F / (B k)"), averaged.factor, "-", PRANDTL));
+        rows.push(Row::at_most(name("greatest F / (B k)"), averaged.factor, "-", most));
+        rows.push(Row::at_most(name("in-cell rms of pressure"), averaged.noise, "k", 0.2));
+        rows.push(Row::at_most(name("width that sinks less the drawn one"), (averaged.width - width).abs(), "cells", 1.0));
+        let plain = Punch::new(ratio, 0.0).press();
+        // The controls: without averaging clay locks and its pressure alternates from particle to particle.
+        rows.push(Row::at_least(name("plain MPM F / (B k)"), plain.factor, "-", 1.1 * PRANDTL));
+        rows.push(Row::at_least(name("plain MPM in-cell rms of pressure"), plain.noise, "k", 1.0));
+        factors.push(averaged.factor);
+    }
+    if let [soft, stiff] = factors[..] {
+        rows.push(Row::at_most("punch: F at nu 0.49 over that at 0.45 - 1", (stiff / soft - 1.0).abs(), "relative", 0.05));
+    }
+    rows
+}
