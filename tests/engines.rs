@@ -37,6 +37,24 @@ fn kept_cut_agrees() {
     assert_all(common::kept_cut());
 }
 
+#[test]
+fn laws_agree() {
+    assert_all(common::laws());
+}
+
+/// The laws as published: the stress itself fades from the tool.
+#[test]
+fn published_laws_agree() {
+    let law = |law| ClayMaterial { law, softening_length: 4.0 * common::CELL, ..common::soft() };
+    let all = [("as published", ClayLaw::AsPublished), ("as published, default d", ClayLaw::AsPublishedDefaultD)];
+    assert_all(all.into_iter().map(|(name, l)| common::pressed(name, law(l), 0.0)).collect());
+}
+
+#[test]
+fn volume_averaging_agrees() {
+    assert_all(common::averaging());
+}
+
 /// Two runs give the same bits, on one thread and on two.
 #[test]
 fn runs_are_bit_identical() {
