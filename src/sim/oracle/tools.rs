@@ -3,8 +3,9 @@
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
+use super::super::validation::Manufactured;
 use super::Particle;
-use glam::DVec3;
+use glam::{DVec3, IVec3};
 
 /// One of the two ends of a substep.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,10 @@ pub(super) struct MovingTool<'a> {
     pub(super) motion: Motion,
     /// The same as a blade, if it is one.
     pub(super) blade: Option<Blade>,
+    /// Its shape at the substep's end: the tool's own, but for a growing ball.
+    shape: ToolShape,
+    /// Speed [m/s] at which its surface moves along the outward normal.
+    growth: f64,
 }
 
 impl MovingTool<'_> {
@@ -31,12 +36,17 @@ impl MovingTool<'_> {
             Moment::Start => self.motion.start,
             Moment::End => self.motion.end,
         };
-        self.path.tool.shape.distance(pose.to_local(world))
+        self.shape.distance(pose.to_local(world))
     }
 
     /// Outward normal at `world` [m] at the substep's end.
     pub(super) fn normal(&self, world: DVec3) -> DVec3 {
-        self.motion.end.rotation * self.path.tool.shape.normal(self.motion.end.to_local(world))
+        self.motion.end.rotation * self.shape.normal(self.motion.end.to_local(world))
+    }
+
+    /// Velocity [m/s] of the surface at `world` [m], where its outward normal is `normal`.
+    pub(super) fn velocity(&self, world: DVec3, normal: DVec3) -> DVec3 {
+        self.motion.velocity_at(world) + self.growth * normal
     }
 }
 
@@ -49,6 +59,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a FramePlan,
     /// The tools of the plan, in its order.
     pub(super) tools: Vec<MovingTool<'a>>,
+    /// The substep's start [s], from the frame's.
+    start: f64,
 }
 
 impl<'a> Surroundings<'a> {
@@ -62,14 +74,20 @@ impl<'a> Surroundings<'a> {
                 }
                 _ => None,
             };
-            MovingTool { path, motion, blade }
+            let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
+            MovingTool { path, motion, blade, shape, growth }
         };
-        Self { domain, plan, tools: plan.tools.iter().map(moving).collect() }
+        Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
 
-    /// Velocity [m/s] that gravity gives to inertial mass in the substep: weight is not scaled with inertia.
-    pub(super) fn gravity_step(&self) -> DVec3 {
-        self.plan.gravity * (self.plan.dt / self.plan.density_scale)
+    /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at `node` in the substep: weight is not
+    /// scaled with inertia.
+    pub(super) fn gravity_step(&self, node: IVec3) -> DVec3 {
+        let force = |case: &Manufactured| {
+            case.acceleration(&self.plan.material, self.domain.to_world(node.as_dvec3()), case.time + self.start)
+        };
+        let body = self.plan.validation.manufactured.as_ref().map_or(DVec3::ZERO, force);
+        (self.plan.gravity + body) * (self.plan.dt / self.plan.density_scale)
     }
 
     /// What validation damping leaves of a velocity [-].
