@@ -3,7 +3,16 @@
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
-use glam::DVec3;
+use super::super::validation::Manufactured;
+use super::Particle;
+use glam::{DVec3, IVec3};
+
+/// One of the two ends of a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Moment {
+    Start,
+    End,
+}
 
 /// A tool in motion over the substep. Lengths are in metres here, as in the plan.
 #[derive(Clone, Copy, Debug)]
@@ -14,17 +23,30 @@ pub(super) struct MovingTool<'a> {
     pub(super) motion: Motion,
     /// The same as a blade, if it is one.
     pub(super) blade: Option<Blade>,
+    /// Its shape at the substep's end: the tool's own, but for a growing ball.
+    shape: ToolShape,
+    /// Speed [m/s] at which its surface moves along the outward normal.
+    growth: f64,
 }
 
 impl MovingTool<'_> {
-    /// Distance [m] from `world` [m] at the substep's end: signed for a solid tool, unsigned for a blade.
-    pub(super) fn distance(&self, world: DVec3) -> f64 {
-        self.path.tool.shape.distance(self.motion.end.to_local(world))
+    /// Distance [m] from `world` [m]: signed for a solid tool, unsigned for a blade.
+    pub(super) fn distance(&self, world: DVec3, at: Moment) -> f64 {
+        let pose = match at {
+            Moment::Start => self.motion.start,
+            Moment::End => self.motion.end,
+        };
+        self.shape.distance(pose.to_local(world))
     }
 
     /// Outward normal at `world` [m] at the substep's end.
     pub(super) fn normal(&self, world: DVec3) -> DVec3 {
-        self.motion.end.rotation * self.path.tool.shape.normal(self.motion.end.to_local(world))
+        self.motion.end.rotation * self.shape.normal(self.motion.end.to_local(world))
+    }
+
+    /// Velocity [m/s] of the surface at `world` [m], where its outward normal is `normal`.
+    pub(super) fn velocity(&self, world: DVec3, normal: DVec3) -> DVec3 {
+        self.motion.velocity_at(world) + self.growth * normal
     }
 }
 
@@ -37,6 +59,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a FramePlan,
     /// The tools of the plan, in its order.
     pub(super) tools: Vec<MovingTool<'a>>,
+    /// The substep's start [s], from the frame's.
+    start: f64,
 }
 
 impl<'a> Surroundings<'a> {
@@ -50,14 +74,20 @@ impl<'a> Surroundings<'a> {
                 }
                 _ => None,
             };
-            MovingTool { path, motion, blade }
+            let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
+            MovingTool { path, motion, blade, shape, growth }
         };
-        Self { domain, plan, tools: plan.tools.iter().map(moving).collect() }
+        Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
 
-    /// Velocity [m/s] that gravity gives to inertial mass in the substep: weight is not scaled with inertia.
-    pub(super) fn gravity_step(&self) -> DVec3 {
-        self.plan.gravity * (self.plan.dt / self.plan.density_scale)
+    /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at `node` in the substep: weight is not
+    /// scaled with inertia.
+    pub(super) fn gravity_step(&self, node: IVec3) -> DVec3 {
+        let force = |case: &Manufactured| {
+            case.acceleration(&self.plan.material, self.domain.to_world(node.as_dvec3()), case.time + self.start)
+        };
+        let body = self.plan.validation.manufactured.as_ref().map_or(DVec3::ZERO, force);
+        (self.plan.gravity + body) * (self.plan.dt / self.plan.density_scale)
     }
 
     /// What validation damping leaves of a velocity [-].
@@ -65,10 +95,22 @@ impl<'a> Surroundings<'a> {
         (-self.plan.validation.damping * self.plan.dt).exp()
     }
 
-    /// Distance [m] from `position` [cells] to the nearest tool's surface; infinite without tools.
-    pub(super) fn tool_distance(&self, position: DVec3) -> f64 {
+    /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite without tools.
+    fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);
-        self.tools.iter().map(|tool| tool.distance(world).abs()).fold(f64::INFINITY, f64::min)
+        self.tools.iter().map(|tool| tool.distance(world, at).abs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The particle's present yield stress [Pa]: softened by the tools as they stand then and by work, hardened.
+    pub(super) fn yield_stress(&self, particle: &Particle, at: Moment) -> f64 {
+        let material = &self.plan.material;
+        let fresh = material.yield_stress_at(self.tool_distance(particle.position, at), self.domain.cell_width);
+        fresh * material.worked_factor(particle.structure) + material.hardening_modulus * particle.hardening
+    }
+
+    /// What multiplies the particle's stress [-], with the tools at the substep's start.
+    pub(super) fn stress_factor(&self, particle: &Particle) -> f64 {
+        self.plan.material.stress_factor_at(self.tool_distance(particle.position, Moment::Start), self.domain.cell_width)
     }
 
     /// `position` [cells], or the nearest point of the room where that is outside.
