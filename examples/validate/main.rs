@@ -94,6 +94,7 @@ const CASES: &[Case] = &[
     physics("blade at rest", blade::at_rest),
     physics("punch", prandtl::punch),
     physics("cut slope", slump::cut_slope),
+    physics("cylinder slump", slump::cylinder),
     physics("determinism", robust::determinism),
     physics("health", robust::health),
     Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },

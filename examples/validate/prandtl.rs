@@ -39,7 +39,7 @@ pub(crate) struct Punch {
 }
 
 /// What a run gave.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Bearing {
     /// Mean of F / (B k) over u / B = 0.06 to 0.10, B as drawn.
     pub(crate) factor: f64,
@@ -47,8 +47,6 @@ pub(crate) struct Bearing {
     pub(crate) noise: f64,
     /// Width of the strip that moves down with the tool, by half of its way [cells].
     pub(crate) width: f64,
-    /// u / B and F / (B k), frame by frame.
-    pub(crate) curve: Vec<[f64; 2]>,
 }
 
 impl Punch {
@@ -106,7 +104,6 @@ impl Punch {
             factor: late.iter().sum::<f64>() / late.len() as f64,
             noise: noise(&after, material.bulk_modulus()) / STRENGTH,
             width: 2.0 * half_width(&before, &after, top, (u - u_before) / DX),
-            curve,
         }
     }
 }
