@@ -315,7 +315,7 @@ mod tests {
     /// A file of version 1 gives the clay it was made of.
     #[test]
     fn version_1_is_read() {
-        let material = Preset::Plasticine.material();
+        let material = Preset::StiffClay.material();
         let s = Snapshot { material, ..snapshot() };
         let new = s.to_bytes();
         let (head, body) = new.split_at(header_bytes(NUMBERS));
