@@ -192,7 +192,7 @@ fn clay_follows_its_file() {
     settle(&mut app, "a change", is_dense(1600.0));
     assert!(start.elapsed() < Duration::from_secs(1), "taken after {:?}", start.elapsed());
     assert!(
-        status(&app, clay).warnings[0].contains("mine.clay.ron:1:61: unknown key `color`"),
+        status(&app, clay).warnings[0].contains("mine.clay.ron:1:57: unknown key `color`"),
         "{:?}",
         status(&app, clay).warnings
     );
