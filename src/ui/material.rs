@@ -120,7 +120,7 @@ const VISCOSITY: Row = Row {
     ..Row::logarithmic(
         "viscosity",
         "How much firmer the clay is when it is pressed fast: what it withstands beyond its yield stress at a strain rate of 1/s.",
-        (1e3, " kPa sⁿ"),
+        (1e3, " kPa s^n"),
         0.0..=100.0,
         2,
     )
