@@ -223,9 +223,11 @@ mod tests {
     #[test]
     fn ends_of_ranges_are_materials() {
         type Field = fn(&mut ClayMaterial) -> &mut f64;
-        fn worked(material: &mut ClayMaterial) -> [&mut f64; 3] {
-            let ClayLaw::Worked { loss, rate, rest_time } = &mut material.law else { panic!("worked") };
-            [loss, rate, rest_time]
+        fn worked(material: &mut ClayMaterial, index: usize) -> &mut f64 {
+            match &mut material.law {
+                ClayLaw::Worked { loss, rate, rest_time } => [loss, rate, rest_time].into_iter().nth(index).expect("three"),
+                other => panic!("{other:?}"),
+            }
         }
         let fields: [(&Row, Field); 12] = [
             (&YIELD_STRESS, |m| &mut m.yield_stress),
@@ -237,9 +239,9 @@ mod tests {
             (&HARDENING, |m| &mut m.hardening_modulus),
             (&VISCOSITY, |m| &mut m.viscosity),
             (&FLOW_INDEX, |m| &mut m.flow_index),
-            (&LOSS, |m| worked(m)[0]),
-            (&RATE, |m| worked(m)[1]),
-            (&REST_TIME, |m| worked(m)[2]),
+            (&LOSS, |m| worked(m, 0)),
+            (&RATE, |m| worked(m, 1)),
+            (&REST_TIME, |m| worked(m, 2)),
         ];
         for ends in 0..1 << fields.len() {
             let mut material = ClayMaterial { law: WORKED, ..ClayMaterial::default() };
