@@ -1,6 +1,6 @@
 //! What accuracy costs: the error of cases with an exact answer against the time that a simulated second takes, over every knob.
 //!
-//! `cargo run --release --no-default-features --example chart -- --out DIR [--quick] [--engine gpu] [--only SUBSTRING]`
+//! `cargo run --release --no-default-features --example chart -- --out DIR [--quick] [--engine gpu] [--only SUBSTRING] [--docs docs]`
 //!
 //! Writes chart.csv, chart.svg and chart.png to DIR and prints what buys accuracy cheapest, from the figures. Exit code 2: bad arguments.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
@@ -14,6 +14,7 @@ mod knobs;
 mod lab;
 #[path = "../validate/machine.rs"]
 mod machine;
+mod page;
 mod picture;
 #[path = "../plot/mod.rs"]
 mod plot;
@@ -45,6 +46,9 @@ struct Args {
     /// Two points a scene: whether the command works.
     #[arg(long)]
     smoke: bool,
+    /// Writes the picture, the sentences and the tables to images/chart.png and between the marks of EVIDENCE.md in DOCS.
+    #[arg(long, value_name = "DOCS")]
+    docs: Option<PathBuf>,
     /// The engine that runs the scenes.
     #[arg(long, default_value = "native")]
     engine: Kind,
@@ -98,11 +102,10 @@ fn run(args: &Args) -> Result<(), String> {
     let csv = stem.with_extension("csv");
     table.write_csv(&csv).map_err(|e| format!("{}: {e}", csv.display()))?;
     let pictures = plot::write(&picture::Chart(&table), &stem, picture::size(&table)).map_err(|e| e.to_string())?;
-    println!();
-    for sentence in verdict::sentences(&table) {
-        println!("{sentence}");
+    if let Some(docs) = &args.docs {
+        page::write(docs, &table, &pictures[1]).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
     }
-    println!("\n{}\n{} {}", verdict::markdown(&table), table.date, table.provenance());
+    println!("\n{}", page::section(&table));
     println!("{} rows in {:.0} s:", table.rows.len(), began.elapsed().as_secs_f64());
     for file in [&csv, &pictures[0], &pictures[1]] {
         println!("{}", file.display());

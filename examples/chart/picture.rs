@@ -143,7 +143,7 @@ impl Frame {
     fn paint<B: DrawingBackend>(&self, area: &Area<B>, title: &str, rows: &[&Row]) -> Painted<B> {
         self.axes(area, title, rows[0].axis)?;
         self.real_time(area)?;
-        self.front(area, rows)?;
+        area.draw(&PathElement::new(self.front_path(rows), FRONT.stroke_width(3)))?;
         for row in rows {
             let (x, y) = self.at(row);
             let [low, _, high] = row.cost.map(|c| self.x.pixel(c.max(f64::MIN_POSITIVE)).max(self.x.pixels.0));
@@ -190,7 +190,7 @@ impl Frame {
     }
 
     /// The rows that no other betters, joined in steps: what can be had for a time is at the corner.
-    fn front<B: DrawingBackend>(&self, area: &Area<B>, rows: &[&Row]) -> Painted<B> {
+    fn front_path(&self, rows: &[&Row]) -> Vec<Pixel> {
         let mut front: Vec<Pixel> = rows.iter().filter(|r| r.on_front).map(|r| self.at(r)).collect();
         front.sort_unstable();
         let mut path: Vec<Pixel> = vec![];
@@ -200,17 +200,22 @@ impl Frame {
             }
             path.push(at);
         }
-        area.draw(&PathElement::new(path, FRONT.stroke_width(3)))
+        path
     }
 
     /// Each point's value where it covers nothing, tied to the point if far.
     fn values<B: DrawingBackend>(&self, area: &Area<B>, rows: &[&Row]) -> Painted<B> {
         let mut taken: Vec<[Pixel; 2]> = rows.iter().map(|r| box_about(self.at(r), (16, 16))).collect();
         taken.push(box_about((self.x.pixel(REAL) + 35, self.y.pixels.0 - 14), (80, 22)));
+        taken.push([(self.x.pixel(REAL) - 2, self.y.pixels.1), (self.x.pixel(REAL) + 2, self.y.pixels.0)]);
+        taken.extend(self.front_path(rows).windows(2).map(|w| {
+            let (low, high) = ((w[0].0.min(w[1].0), w[0].1.min(w[1].1)), (w[0].0.max(w[1].0), w[0].1.max(w[1].1)));
+            [(low.0 - 2, low.1 - 2), (high.0 + 2, high.1 + 2)]
+        }));
         for row in rows {
             let at = self.at(row);
             let style = text(15, color(row.point.knob), HPos::Center, VPos::Center);
-            let value = row.point.value();
+            let value = if row.point.knob == Knob::Walls { row.point.setting.cells.to_string() } else { row.point.value() };
             let (w, h) = area.estimate_text_size(&value, &style)?;
             let size = (w.cast_signed() + 4, h.cast_signed() + 2);
             let (place, radius) = self.free_place(at, size, &taken);

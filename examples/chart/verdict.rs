@@ -1,4 +1,4 @@
-//! What the figures say: what buys accuracy cheapest, in a sentence per panel, and the table for a page.
+//! What the figures say: what buys accuracy cheapest, in a sentence per panel.
 
 use super::knobs::Knob;
 use super::table::{Row, Table};
@@ -86,54 +86,14 @@ fn times(value: f64) -> String {
     if value < 9.95 { format!("{value:.1} times") } else { format!("{value:.0} times") }
 }
 
-/// The table of each scene: a line per point, its errors side by side, a star on the front.
-pub(crate) fn markdown(table: &Table) -> String {
-    let mut text = String::new();
-    let mut scenes: Vec<&str> = table.rows.iter().map(|r| r.scene).collect();
-    scenes.dedup();
-    for scene in scenes {
-        let rows: Vec<&Row> = table.rows.iter().filter(|r| r.scene == scene).collect();
-        let mut panels: Vec<&Row> = vec![];
-        for row in &rows {
-            if !panels.iter().any(|p| p.panel == row.panel) {
-                panels.push(row);
-            }
-        }
-        let names: Vec<&str> = panels.iter().map(|p| p.axis).collect();
-        let _ = writeln!(text, "| {scene} | particles | {} | ms per simulated s (quartiles) |", names.join(" | "));
-        let _ = writeln!(text, "|---|---|{}---|", "---|".repeat(names.len()));
-        for row in rows.iter().filter(|r| r.panel == panels[0].panel) {
-            let same = rows.iter().filter(|r| r.point == row.point);
-            let errors: Vec<String> =
-                same.map(|r| format!("{}{}", figure(r.error), if r.on_front { " *" } else { "" })).collect();
-            let [low, median, high] = row.cost.map(figure);
-            let label = if row.point.knob == Knob::Default { "**default**, " } else { "" };
-            let _ = writeln!(
-                text,
-                "| {label}{} | {} | {} | {median} ({low}-{high}) |",
-                row.point.label(),
-                row.particles,
-                errors.join(" | ")
-            );
-        }
-        text.push('\n');
-    }
-    text
-}
-
-/// Three digits, no exponent.
-fn figure(value: f64) -> String {
-    let digits = 2 - value.abs().max(1e-9).log10().floor() as i32;
-    format!("{value:.*}", digits.clamp(0, 6).unsigned_abs() as usize)
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::super::knobs::Setting;
     use super::super::table::tests::{row, table};
     use super::*;
 
-    fn rows() -> Vec<Row> {
+    /// A default and a step of each knob but averaging.
+    pub(crate) fn rows() -> Vec<Row> {
         let base = Setting::new(16);
         vec![
             row(Knob::Default, base, 1.0, 100.0),
@@ -162,13 +122,5 @@ mod tests {
         let worse = row(Knob::Cells, Setting { cells: 8, ..base }, 2.0, 10.0);
         let sentences = sentences(&table(vec![row(Knob::Default, base, 1.0, 100.0), worse]));
         assert_eq!(sentences, ["Self weight, stress: from 16 cells, nothing that was turned lessens the error."]);
-    }
-
-    #[test]
-    fn table_stars_the_front() {
-        let text = markdown(&table(rows()));
-        assert!(text.contains("| **default**, 16 cells | 1000 | 1.00 * | 100 (90.0-110) |"), "{text}");
-        assert!(text.contains("| 27 per cell | 1000 | 0.250 * | 300 (270-330) |"), "{text}");
-        assert!(text.contains("| 24 cells | 1000 | 0.500 | 400 (360-440) |"), "{text}");
     }
 }
