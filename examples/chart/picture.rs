@@ -65,14 +65,14 @@ impl Axis {
         self.pixels.0 + (share * f64::from(self.pixels.1 - self.pixels.0)).round() as i32
     }
 
-    /// Where lines go, and whether a number goes with them: decades, and 2 and 5 on a short axis.
+    /// Where lines go, and whether a number goes with them: decades, and 2 and 5 where there is room.
     fn ticks(&self) -> Vec<(f64, bool)> {
-        let is_short = self.decades.1 - self.decades.0 < 1.8;
+        let has_room = f64::from((self.pixels.1 - self.pixels.0).abs()) > 110.0 * (self.decades.1 - self.decades.0);
         let decades = self.decades.0.floor() as i32..=self.decades.1.ceil() as i32;
         let ticks = decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10f64.powi(d), m)));
         ticks
             .filter(|(v, _)| (self.decades.0..=self.decades.1).contains(&v.log10()))
-            .map(|(v, m)| (v, m == 1 || (is_short && matches!(m, 2 | 5))))
+            .map(|(v, m)| (v, m == 1 || (has_room && matches!(m, 2 | 5))))
             .collect()
     }
 }
@@ -140,13 +140,19 @@ impl Frame {
         (self.x.pixel(row.median()), self.y.pixel(row.error))
     }
 
+    /// Ends of the bar of a row.
+    fn quartiles(&self, row: &Row) -> (i32, i32) {
+        let [low, _, high] = row.cost.map(|c| self.x.pixel(c.max(f64::MIN_POSITIVE)).max(self.x.pixels.0));
+        (low, high)
+    }
+
     fn paint<B: DrawingBackend>(&self, area: &Area<B>, title: &str, rows: &[&Row]) -> Painted<B> {
         self.axes(area, title, rows[0].axis)?;
         self.real_time(area)?;
         area.draw(&PathElement::new(self.front_path(rows), FRONT.stroke_width(3)))?;
         for row in rows {
             let (x, y) = self.at(row);
-            let [low, _, high] = row.cost.map(|c| self.x.pixel(c.max(f64::MIN_POSITIVE)).max(self.x.pixels.0));
+            let (low, high) = self.quartiles(row);
             area.draw(&PathElement::new(vec![(low, y), (high, y)], color(row.point.knob).mix(0.6)))?;
             mark(area, row.point.knob, (x, y))?;
         }
@@ -206,6 +212,10 @@ impl Frame {
     /// Each point's value where it covers nothing, tied to the point if far.
     fn values<B: DrawingBackend>(&self, area: &Area<B>, rows: &[&Row]) -> Painted<B> {
         let mut taken: Vec<[Pixel; 2]> = rows.iter().map(|r| box_about(self.at(r), (16, 16))).collect();
+        taken.extend(rows.iter().map(|r| {
+            let ((low, high), (_, y)) = (self.quartiles(r), self.at(r));
+            [(low, y - 1), (high, y + 1)]
+        }));
         taken.push(box_about((self.x.pixel(REAL) + 35, self.y.pixels.0 - 14), (80, 22)));
         taken.push([(self.x.pixel(REAL) - 2, self.y.pixels.1), (self.x.pixel(REAL) + 2, self.y.pixels.0)]);
         taken.extend(self.front_path(rows).windows(2).map(|w| {
@@ -295,7 +305,7 @@ mod tests {
         assert_eq!([1.0, 10.0, 1000.0].map(|v| axis.pixel(v)), [100, 200, 400]);
         let numbers = |axis: Axis| -> Vec<String> { axis.ticks().iter().filter(|t| t.1).map(|t| number(t.0)).collect() };
         assert_eq!(numbers(axis), ["1", "10", "100", "1000"]);
-        let short = Axis::about([0.02, 0.6].into_iter(), (0.0, 0.0), (0, 100));
+        let short = Axis::about([0.02, 0.6].into_iter(), (0.0, 0.0), (0, 300));
         assert_eq!(numbers(short), ["0.02", "0.05", "0.1", "0.2", "0.5"]);
     }
 

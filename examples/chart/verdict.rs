@@ -34,10 +34,22 @@ impl Step<'_> {
 
 /// One sentence per panel.
 pub(crate) fn sentences(table: &Table) -> Vec<String> {
-    table.panels().iter().map(|panel| sentence(panel, &table.panel(panel))).collect()
+    table.panels().iter().map(|panel| sentence(table, panel)).collect()
 }
 
-fn sentence(panel: &str, rows: &[&Row]) -> String {
+/// Errors of the same scene that the row's setting makes greater than the default does.
+fn losses(table: &Table, row: &Row, base: &Row) -> Vec<String> {
+    let others = table.rows.iter().filter(|r| r.scene == row.scene && r.panel != row.panel && r.point == row.point);
+    let loss = |other: &Row| {
+        let before = table.rows.iter().find(|r| r.panel == other.panel && r.point == base.point)?;
+        let ratio = other.error / before.error;
+        (ratio > 1.0 + GAIN).then(|| format!("{} the {}", times(ratio), other.axis.trim_end_matches(" [%]")))
+    };
+    others.filter_map(loss).collect()
+}
+
+fn sentence(table: &Table, panel: &str) -> String {
+    let rows = table.panel(panel);
     let Some(base) = rows.iter().find(|r| r.point.knob == Knob::Default) else {
         return format!("{panel}: the default could not be measured.");
     };
@@ -59,6 +71,9 @@ fn sentence(panel: &str, rows: &[&Row]) -> String {
         None => text.push_str("nothing that was turned lessens the error"),
         Some((best, others)) => {
             let _ = write!(text, "{} buys accuracy cheapest: {}", best.row.point.label(), best.text());
+            for loss in losses(table, best.row, base) {
+                let _ = write!(text, " (but {loss})");
+            }
             for other in others {
                 let _ = write!(text, "; {}: {}", other.row.point.label(), other.text());
             }
@@ -114,6 +129,18 @@ pub(crate) mod tests {
                         4.0 times the time for each halving; turning time step changes it by less than 5 %; \
                         clamped walls would make 20 times the error at 0.9 times the time.";
         assert_eq!(sentences, [expected]);
+    }
+
+    /// What helps one error and spoils another of the same scene is said.
+    #[test]
+    fn loss_in_another_panel_is_said() {
+        let other =
+            |row: &Row, error: f64| Row { panel: "Self weight, displacement", axis: "L2 error [%]", error, ..row.clone() };
+        let rows = rows();
+        let mut all = vec![rows[0].clone(), rows[3].clone()];
+        all.extend([other(&rows[0], 0.1), other(&rows[3], 0.6)]);
+        let sentence = &sentences(&table(all))[0];
+        assert!(sentence.ends_with("for each halving (but 6.0 times the L2 error)."), "{sentence}");
     }
 
     #[test]
