@@ -18,6 +18,7 @@ mod page;
 mod picture;
 #[path = "../plot/mod.rs"]
 mod plot;
+mod punch;
 #[path = "../validate/report.rs"]
 #[allow(dead_code, reason = "the chart has no limits")]
 mod report;

@@ -6,6 +6,7 @@
 use super::elastic::Column;
 use super::knobs::{Effort, Knob, Point, Setting, points};
 use super::lab::{self, Lab};
+use super::punch;
 use bevy_clay::sim::prelude::*;
 use glam::{DVec3, IVec3};
 
@@ -52,20 +53,28 @@ impl Run {
         let length = reports.len() / REPEATS;
         let stretches = reports.chunks_exact(length).map(|frames| frames.iter().map(|f| f.timings.total).sum()).collect();
         let steps = reports.iter().map(|r| u64::from(r.steps)).sum();
-        Self { errors, particles, steps, stretches, simulated: simulated / REPEATS as f64 }
+        Self { errors, particles, steps, stretches, simulated: simulated * length as f64 / reports.len() as f64 }
     }
 }
 
 /// The scenes, in the order of the panels.
-pub(crate) const SCENES: &[Scene] = &[Scene {
-    name: "self weight",
-    panels: &[
-        Panel { name: "Self weight, displacement", error: "L2 error of the displacement [%]" },
-        Panel { name: "Self weight, stress", error: "L2 error of the stress [%]" },
-    ],
-    points: column_points,
-    run: run_column,
-}];
+pub(crate) const SCENES: &[Scene] = &[
+    Scene {
+        name: "self weight",
+        panels: &[
+            Panel { name: "Self weight, displacement", error: "L2 error of the displacement [%]" },
+            Panel { name: "Self weight, stress", error: "L2 error of the stress [%]" },
+        ],
+        points: column_points,
+        run: run_column,
+    },
+    Scene {
+        name: "Prandtl",
+        panels: &[Panel { name: "Prandtl's punch", error: "error of the bearing factor [%]" }],
+        points: punch_points,
+        run: run_punch,
+    },
+];
 
 /// Height of the column of real size [m].
 const COLUMN_HEIGHT: f64 = 0.1;
@@ -97,6 +106,28 @@ fn run_column(setting: &Setting) -> Run {
     let scale = (COLUMN_HEIGHT / (f64::from(setting.cells) * lab::DX)).sqrt();
     let errors = vec![100.0 * settled.displacement, 100.0 * settled.stress];
     Run::new(errors, settled.particles, &settled.reports, simulated * scale)
+}
+
+/// Width of the strip of real size [m].
+const STRIP_WIDTH: f64 = 0.02;
+
+fn punch_points(effort: Effort) -> Vec<Point> {
+    let default = 8;
+    match effort {
+        Effort::Smoke => {
+            points(4, &[], &[], &[]).into_iter().filter(|p| p.setting.per_axis < 3 && p.knob != Knob::Step).collect()
+        }
+        Effort::Quick => points(default, &[4, 12, 16], &[8], &[0.0, 0.1, 0.3]),
+        Effort::Full => points(default, &[4, 12, 16, 24], &[4, 8, 16], &[0.0, 0.03, 0.1, 0.3]),
+    }
+}
+
+fn run_punch(setting: &Setting) -> Run {
+    let bearing = punch::press(setting);
+    // The clay is the same at every size, so that time scales as the width.
+    let simulated: f64 = bearing.reports.iter().map(|r| r.dt * f64::from(r.steps)).sum();
+    let scale = STRIP_WIDTH / (f64::from(setting.cells) * lab::DX);
+    Run::new(vec![100.0 * bearing.error.abs()], bearing.particles, &bearing.reports, simulated * scale)
 }
 
 /// Why the engine does not take a setting, if it does not.
