@@ -21,9 +21,9 @@ fn material((young_modulus, poisson_ratio): (f64, f64)) -> ClayMaterial {
     ClayMaterial { young_modulus, poisson_ratio, ..Preset::SoftClay.material() }
 }
 
-/// The law's step with a yield stress [Pa].
+/// The law's step with a yield stress [Pa], of clay whose flow knows no rate.
 fn advance(yield_stress: f64, elastic_strain: DMat3, increment: DMat3) -> law::Advanced {
-    law::advance(&material(CLAY), yield_stress, elastic_strain, increment)
+    law::advance(&material(CLAY), yield_stress, 1.0, elastic_strain, increment)
 }
 
 /// Hencky strain of an elastic strain.

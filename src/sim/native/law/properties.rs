@@ -10,12 +10,12 @@ const LAW: Law = Law { mu2: 0.02, lambda: 0.09 };
 /// Eight times the same particle through the law.
 fn step(increment: DMat3, elastic: DMat3, yield_norm: f32) -> Update {
     let l = increment.to_cols_array_2d().map(|c| c.map(|v| F8::splat(v as f32)));
-    update(&LAW, &l, &eight(elastic), F8::splat(yield_norm))
+    update(&LAW, &ELASTIC, &l, &eight(elastic), F8::splat(yield_norm))
 }
 
 /// The strain of a Hencky strain by eigenvalues, after no step at all.
 fn unstrained(x: DMat3) -> Exact {
-    by_eigenvalues(&LAW, lane(&eight(x), 0), f32::INFINITY)
+    by_eigenvalues(&LAW, &ELASTIC, lane(&eight(x), 0), f32::INFINITY)
 }
 
 fn eight(m: DMat3) -> Sym8 {
