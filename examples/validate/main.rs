@@ -10,11 +10,14 @@
 mod blade;
 mod contact;
 mod elastic;
+mod input;
 mod lab;
 mod law;
 mod motion;
 mod report;
 mod robust;
+mod stability;
+mod storage;
 mod surface;
 
 use bevy_clay::sim::prelude::*;
@@ -49,8 +52,10 @@ struct Args {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Suite {
-    /// The solver: motion, elasticity, contact, cuts, robustness.
+    /// The solver: motion, elasticity, contact.
     Physics,
+    /// What must not break: step limits, energy, cuts, determinism, bad input.
+    Stability,
     /// The surface.
     Surface,
     /// Every suite.
@@ -77,21 +82,33 @@ const fn physics(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Physics, name, run }
 }
 
+const fn stability(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Stability, name, run }
+}
+
 const CASES: &[Case] = &[
     physics("free fall", motion::free_fall),
     physics("rotation", motion::rotation),
-    physics("step limit", motion::step_limit),
     physics("bar", elastic::bar),
     physics("column", elastic::column),
     physics("strain paths", law::paths),
     physics("momentum", contact::momentum),
-    physics("separating floor", contact::separating_floor),
     physics("tool offset", contact::tool_offset),
-    physics("blade leak", blade::leak),
-    physics("blade withdrawn", blade::withdrawn),
-    physics("blade at rest", blade::at_rest),
-    physics("determinism", robust::determinism),
-    physics("health", robust::health),
+    stability("step limit", stability::step_limit),
+    stability("energy", stability::energy),
+    stability("cell crossing", stability::crossing),
+    stability("separating floor", contact::separating_floor),
+    stability("rest", stability::rest),
+    stability("blade leak", blade::leak),
+    stability("blade withdrawn", blade::withdrawn),
+    stability("blade at rest", blade::at_rest),
+    stability("creep", storage::creep),
+    stability("shift", storage::shift),
+    stability("crowded cells", storage::crowded),
+    stability("determinism", robust::determinism),
+    stability("health", robust::health),
+    stability("bad input", input::bad),
+    stability("random strains", input::strains),
     Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },
     Case { suite: Suite::Surface, name: "sphere", run: surface::sphere },
 ];
