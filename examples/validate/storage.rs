@@ -122,6 +122,7 @@ pub(crate) fn crowded(size: Size) -> Vec<Row> {
 
 fn crowd_rows(name: &str, lab: &mut Lab, steps: u32) -> Vec<Row> {
     let report = lab.frame(steps);
+    eprintln!("{name} {} {} {:?} {}", report.health, report.redone, report.volume_ratio, report.speed_max);
     let is_ok = report.health.is_ok() && report.redone == 0;
     vec![
         Row::at_least(format!("crowded cells, {name}: healthy"), f64::from(u8::from(is_ok)), "yes", 1.0),
