@@ -3,7 +3,11 @@
 mod common;
 
 use bevy_clay::prelude::*;
-use common::{Agreement, assert_close};
+use bevy_clay::sim::engine::Validation;
+use bevy_clay::sim::validation::{AffineDrive, Manufactured};
+use common::{Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};
+use glam::{DMat3, DQuat, DVec3, IVec3};
+use std::f64::consts::PI;
 
 fn assert_all(cases: Vec<Agreement>) {
     let mut engine = NativeEngine::new();
@@ -35,6 +39,66 @@ fn blades_agree() {
 #[test]
 fn kept_cut_agrees() {
     assert_all(common::kept_cut());
+}
+
+fn special(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
+    Agreement { name: name.into(), case: Case { snapshot, plan }, position: 1e-6, strain: 3e-6, tagged: 0 }
+}
+
+/// A block that falls into the corner of clamped walls.
+#[test]
+fn clamped_walls_agree() {
+    let case = |kind: Wall| {
+        let mut s = block(IVec3::new(9, 12, 11), 0.3, Walls { high: [kind; 3], ..floor_walls(kind) }, soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        velocities(&mut s, |_| DVec3::new(0.04, -0.05, 0.002) * CELL / p.dt);
+        // Against the wall at high x, in the last row of whose ghosts some particles' weights end.
+        let shift = s.domain.wall_nodes().1.x - s.domain.wall_nodes().0.x - 6 - 9;
+        s.particles.iter_mut().for_each(|q| q.set_grid(q.grid() + f64::from(shift) * DVec3::X));
+        p.validation.clamped_walls = true;
+        special(format!("clamped {kind:?}"), s, p)
+    };
+    assert_all([Wall::Separate, Wall::Slip, Wall::Stick].map(case).into());
+}
+
+/// A ball that moves, turns and grows by 0.05 cells per substep in the block's middle.
+#[test]
+fn growing_balls_agree() {
+    let case = |contact: Contact| {
+        let s = block(IVec3::splat(10), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 5.0, 11.3);
+        let tool = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact };
+        p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.2, -0.1, 0.1), DQuat::IDENTITY)];
+        p.validation.sphere_growth = 0.05 * CELL / p.dt;
+        special(format!("growing ball {contact:?}"), s, p)
+    };
+    assert_all([Contact::Stick, Contact::Slip, common::SEPARATE].map(case).into());
+}
+
+/// A block under the force of a manufactured solution, at a wall and in the open, with scaled inertia.
+#[test]
+fn manufactured_force_agrees() {
+    let s = block(IVec3::new(9, 12, 11), 0.0, floor_walls(Wall::Separate), soft());
+    let mut p = plan(&s, 0.25, 20, vec![]);
+    let (low, high) = s.domain.corners();
+    let (length, phases) = ((high - low).max_element(), DVec3::new(0.3, 1.0, 2.2));
+    let case = Manufactured { amplitude: 0.1, length, low, phases, time: 0.0 };
+    p.density_scale = 2.0;
+    p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
+    assert_all(vec![special("manufactured", s, p)]);
+}
+
+/// A block of which a shell of nodes is driven, and the middle free.
+#[test]
+fn affine_drive_agrees() {
+    let s = block(IVec3::splat(10), 2.0, Walls::default(), soft());
+    let mut p = plan(&s, 0.25, 20, vec![]);
+    let at = |x: f64| s.domain.to_world(s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.0 + x, 2.0 + x, 6.0 + x));
+    let gradient = DMat3::from_cols_array(&[4.0, 1.0, -2.0, 5.0, -3.0, 2.0, -1.0, 3.0, 1.0]) * (2e-3 / p.dt);
+    let drive = AffineDrive { gradient, about: at(4.3), free: [at(2.5), at(7.5)] };
+    p.validation = Validation { affine_drive: Some(drive), ..Validation::default() };
+    assert_all(vec![special("driven", s, p)]);
 }
 
 /// Two runs give the same bits, on one thread and on two.

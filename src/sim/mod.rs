@@ -31,7 +31,7 @@
 //!       answers) the node is split and its owner is the sign of the distance (0 counts as front). Else it is split where
 //!       `m_F + m_B > (m_U + m_F + m_B) / 2` (folded masses here and below), with owner front if `m_F >= m_B`; else it is whole. A split node has
 //!       two fields: *main* = U + owner's class, *other* = the other class; a whole node has one: all three. A folded ghost is divided as its mirror is.
-//!    3. **Velocity** `v = p / m + g h (rho / rho_s)` of folded sums, times `exp(-damping h)`. (Gravity folded too, as the image of falling clay
+//!    3. **Velocity** `v = p / m + g h (rho / rho_s)` (g with the body acceleration at the node and `t` of a manufactured solution) of folded sums, times `exp(-damping h)`. (Gravity folded too, as the image of falling clay
 //!       has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4 at 32 cells.)
 //!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
 //!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
@@ -47,6 +47,9 @@
 //!    6. **Walls.** At wall nodes the normal (stick: every) component is 0; each ghost of a folded column takes its mirror's velocity, field by field,
 //!       with the folded components reversed (last fold first). The wall's impulse is what the unfolded masses of wall nodes and folded
 //!       columns gained beyond gravity, damping, tools and the other side; all other nodes give it nothing.
+//!    7. **[Validation](validation) cases.** With clamped walls nothing is folded; instead nodes at and behind a wall lose their normal component (stick:
+//!       every; separate: one into the wall). A growing ball has its radius of `t + h` throughout the substep, and its surface the growth along the
+//!       normal. Last, every field of an affine drive's nodes takes the drive's velocity. What clamped and driven nodes gain is a wall's impulse.
 //! 4. `g2p`, from the particle's own class's field: `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`; `x += h v / dx`; the room's walls stop `x`;
 //!    `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if `|d| > y = sqrt(2/3) sY(distance) / (2 mu)`,
 //!    with the distance from the new `x` to the nearest tool at `t + h`: `d *= y / |d|`, hardening `+= sqrt(2/3) (|d| - y)`; `E = exp(2 H) - I`. Eigenvalues of `b` are clamped to

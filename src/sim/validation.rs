@@ -2,6 +2,7 @@
 //! solution's body force, and nodes that follow an affine motion.
 
 use super::material::ClayMaterial;
+use super::tool::ToolShape;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -11,7 +12,8 @@ use std::f64::consts::PI;
 pub struct Validation {
     /// Decay rate of node velocities [1/s]: finds equilibria.
     pub damping: f64,
-    /// Wall nodes and those behind lose their normal (stick: every) velocity in place of reflection: the negative control, first order at best.
+    /// Wall nodes and those behind lose their normal (stick: every; separate: only that into the wall) velocity in place of reflection: the
+    /// negative control, first order at best.
     pub clamped_walls: bool,
     /// Speed at which the radius of every ball tool grows from the frame's start [m/s].
     pub sphere_growth: f64,
@@ -31,6 +33,16 @@ impl Validation {
             (self.affine_drive.is_some(), "affine_drive"),
         ];
         inputs.into_iter().find_map(|(is_used, name)| is_used.then_some(name))
+    }
+
+    /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward normal: those of a growing ball.
+    pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
+        match shape {
+            ToolShape::Sphere { radius } => {
+                (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
+            }
+            _ => (shape, 0.0),
+        }
     }
 }
 

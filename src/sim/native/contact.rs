@@ -2,6 +2,7 @@
 
 use super::super::params::{BLOCK, Domain};
 use super::super::tool::{BAND, Blade, CONTACT_OFFSET, Contact, Motion, Pose, ToolPath, ToolShape};
+use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
 
 /// One tool during one substep; lengths in cells, times in substeps.
@@ -14,21 +15,25 @@ pub(super) struct ToolNow {
     pub blade: Option<Blade>,
     /// The sheet that a blade cuts.
     pub sheet: u8,
+    /// Speed [cells/substep] at which the surface moves along the outward normal: a growing ball of validation cases.
+    pub growth: f64,
 }
 
 impl ToolNow {
-    pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64) -> Self {
+    pub(super) fn new(path: &ToolPath, domain: &Domain, validation: &Validation, start: f64, end: f64) -> Self {
         let pose = |t| {
             let p = path.pose_at(t);
             Pose { position: domain.to_grid(p.position), ..p }
         };
         let motion = Motion { start: pose(start), end: pose(end), duration: 1.0 };
-        let shape = path.tool.shape.scaled(1.0 / domain.cell_width);
+        let (shape, growth) = validation.grown(path.tool.shape, end);
+        let shape = shape.scaled(1.0 / domain.cell_width);
+        let growth = growth * (end - start) / domain.cell_width;
         let blade = match shape {
             ToolShape::Blade { half_width, half_height } => Some(Blade { half_width, half_height, band: BAND, motion }),
             _ => None,
         };
-        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet() }
+        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet(), growth }
     }
 
     /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.
@@ -45,7 +50,7 @@ impl ToolNow {
 
     /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface normal `n` towards the clay.
     pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
-        let tool = self.motion.velocity_at(world);
+        let tool = self.motion.velocity_at(world) + self.growth * n;
         let relative = v - tool;
         let normal = relative.dot(n);
         match self.contact {
@@ -76,7 +81,7 @@ mod tests {
     fn tool(contact: Contact) -> ToolNow {
         let at = |x| Pose { position: DVec3::X * x, ..Pose::default() };
         let motion = Motion { start: at(0.0), end: at(0.1), duration: 1.0 };
-        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sheet: 1 }
+        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sheet: 1, growth: 0.0 }
     }
 
     /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding clay go.

@@ -2,6 +2,10 @@
 //!
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
 
+use super::super::engine::FramePlan;
+use super::super::material::ClayMaterial;
+use super::super::params::Domain;
+use super::super::validation::{AffineDrive, Manufactured};
 use super::kernel::Tile;
 use super::simd::Node;
 use super::special::{self, Meeting};
@@ -52,6 +56,67 @@ pub(super) struct GridStep {
     pub gravity: DVec3,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
+    /// Further inputs of validation cases; blocks take the long way where there are any.
+    pub special: Option<Special>,
+}
+
+/// What validation cases ask of nodes, in cells and substeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Special {
+    /// Whether walls clamp their nodes and do not fold.
+    pub clamped_walls: bool,
+    force: Option<Manufactured>,
+    drive: Option<AffineDrive>,
+    domain: Domain,
+    material: ClayMaterial,
+    /// The substep's start, from the frame's [s].
+    start: f64,
+    /// Cells per substep in 1 m/s.
+    speed: f64,
+    /// Cells per squared substep in 1 m/s^2, on the inertial mass.
+    acceleration: f64,
+}
+
+impl Special {
+    /// Body acceleration [cells/substep^2] of a manufactured solution at `node`.
+    fn acceleration_at(&self, node: IVec3) -> DVec3 {
+        let at = |f: Manufactured| f.acceleration(&self.material, self.domain.to_world(node.as_dvec3()), f.time + self.start);
+        self.force.map_or(DVec3::ZERO, at) * self.acceleration
+    }
+
+    /// Velocity [cells/substep] of a driven node.
+    pub(super) fn driven_velocity(&self, node: IVec3) -> Option<DVec3> {
+        Some(self.drive?.velocity_at(self.domain.to_world(node.as_dvec3()))? * self.speed)
+    }
+}
+
+impl GridStep {
+    /// The constants of substep `index` of a frame of substeps of `dt` [s].
+    pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
+        let validation = &plan.validation;
+        let acceleration = dt * dt / domain.cell_width / plan.density_scale;
+        let special = Special {
+            clamped_walls: validation.clamped_walls,
+            force: validation.manufactured,
+            drive: validation.affine_drive,
+            domain: *domain,
+            material: plan.material,
+            start: f64::from(index) * dt,
+            speed: dt / domain.cell_width,
+            acceleration,
+        };
+        let is_special = special.clamped_walls || special.force.is_some() || special.drive.is_some();
+        Self {
+            gravity: plan.gravity * acceleration,
+            damping: (-validation.damping * dt).exp(),
+            special: is_special.then_some(special),
+        }
+    }
+
+    /// Gravity and other body forces on the inertial mass at `node` [cells/substep^2].
+    pub(super) fn acceleration_at(&self, node: IVec3) -> DVec3 {
+        self.special.map_or(self.gravity, |special| self.gravity + special.acceleration_at(node))
+    }
 }
 
 /// What the update met: sums over nodes, in cells per substep and particle mass units.
@@ -62,6 +127,8 @@ pub(super) struct GridReport {
     pub wall_impulse: DVec3,
     /// Momentum taken by validation damping.
     pub damping_impulse: DVec3,
+    /// Momentum given by body forces other than gravity.
+    pub body_impulse: DVec3,
     pub impulse_scale: f64,
     /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
     pub tools: Vec<(DVec3, DVec3, u64)>,
@@ -75,6 +142,7 @@ impl GridReport {
         }
         self.wall_impulse += other.wall_impulse;
         self.damping_impulse += other.damping_impulse;
+        self.body_impulse += other.body_impulse;
         self.impulse_scale += other.impulse_scale;
         for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
             *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
@@ -98,7 +166,7 @@ impl Grid {
                 sum(nodes, tiles, block, |slot| Some(&tiles.untagged[slot]));
                 if side_slot[i] != 0 {
                     GridReport::default()
-                } else if meeting.concerns(block) {
+                } else if step.special.is_some() || meeting.concerns(block) {
                     special::update(nodes, None, block, step, meeting, &|_| [DVec3::ZERO; 2])
                 } else {
                     let damping_impulse = damping_impulse(nodes, step);

@@ -64,6 +64,7 @@ impl Tally {
     fn add_grid(&mut self, report: &GridReport) {
         self.grid.wall_impulse += report.wall_impulse;
         self.grid.damping_impulse += report.damping_impulse;
+        self.grid.body_impulse += report.body_impulse;
         self.grid.impulse_scale += report.impulse_scale;
         self.grid.tools.resize(report.tools.len(), Default::default());
         for (sum, t) in self.grid.tools.iter_mut().zip(&report.tools) {
@@ -144,9 +145,8 @@ impl Solver {
         let domain = self.domain;
         let tools_at = |s: u32| -> Vec<ToolNow> {
             let t = f64::from(s) * dt;
-            plan.tools.iter().map(|path| ToolNow::new(path, &domain, t, t + dt)).collect()
+            plan.tools.iter().map(|path| ToolNow::new(path, &domain, &plan.validation, t, t + dt)).collect()
         };
-        let grid_step = grid_step(plan, &domain, dt);
         let step = self.step(plan, dt);
         let mut tools = tools_at(0);
         self.begin(&ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools }, &mut tally);
@@ -158,7 +158,7 @@ impl Solver {
             if self.travel + 1.5 * speed > MARGIN {
                 self.sort(&mut tally);
             }
-            let report = self.update_grid(&grid_step, &tools, &mut tally)?;
+            let report = self.update_grid(&GridStep::new(plan, &domain, dt, s), &tools, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);
             let particles = ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools };
@@ -297,6 +297,7 @@ impl Solver {
         report.momentum_before = before.momentum * density;
         report.grid_mass = if steps > 0 { self.grid.mass() * node_mass } else { report.particle_mass };
         report.gravity_impulse = plan.gravity * plan.material.density * self.sums.volume * dt * f64::from(steps);
+        report.gravity_impulse += tally.grid.body_impulse * unit;
         report.wall_impulse = tally.grid.wall_impulse * unit;
         report.damping_impulse = tally.grid.damping_impulse * unit;
         report.impulse_scale = tally.grid.impulse_scale * unit;
@@ -309,13 +310,6 @@ impl Solver {
         report.timings.report = ended.elapsed().as_secs_f64();
         report.timings.total = began.elapsed().as_secs_f64();
         report
-    }
-}
-
-fn grid_step(plan: &FramePlan, domain: &Domain, dt: f64) -> GridStep {
-    GridStep {
-        gravity: plan.gravity / plan.density_scale * (dt * dt / domain.cell_width),
-        damping: (-plan.validation.damping * dt).exp(),
     }
 }
 

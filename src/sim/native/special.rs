@@ -81,6 +81,17 @@ impl Column {
         v[self.axis] = -v[self.axis];
         v
     }
+
+    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a separating wall, none into it.
+    fn clamp(&self, mut v: DVec3) -> DVec3 {
+        if self.kind == Wall::Stick {
+            return DVec3::ZERO;
+        }
+        if self.kind == Wall::Slip || v[self.axis] * self.inward < 0.0 {
+            v[self.axis] = 0.0;
+        }
+        v
+    }
 }
 
 /// The columns of the walls that stand in the block, axis by axis.
@@ -114,6 +125,8 @@ struct Classes {
     folded: [[Sum; 3]; 64],
     /// The columns that a wall acts on, in the order of folding.
     folds: Vec<Column>,
+    /// The columns of clamped walls.
+    clamps: Vec<Column>,
 }
 
 impl Classes {
@@ -128,9 +141,12 @@ impl Classes {
             Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
         };
         let own = std::array::from_fn(|k| std::array::from_fn(|c| class(k, c)));
-        let mut classes = Self { own, folded: own, folds: vec![] };
+        let mut classes = Self { own, folded: own, folds: vec![], clamps: vec![] };
+        let is_clamped = step.special.is_some_and(|special| special.clamped_walls);
         for column in columns(block, domain) {
-            if column.kind != Wall::Separate || classes.reaction(&column, step) > 0.0 {
+            if is_clamped {
+                classes.clamps.push(column);
+            } else if column.kind != Wall::Separate || classes.reaction(&column, block, step) > 0.0 {
                 classes.fold(column);
             }
         }
@@ -138,7 +154,7 @@ impl Classes {
     }
 
     /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
-    fn reaction(&self, c: &Column, step: &GridStep) -> f64 {
+    fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
         let total = |k: usize| {
             let sum = self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
             (sum.mass, sum.momentum[c.axis] * c.inward)
@@ -148,7 +164,7 @@ impl Classes {
         if m_ghost <= 0.0 {
             return 0.0;
         }
-        let gravity = step.gravity[c.axis] * c.inward;
+        let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;
         let mass = m_mirror + m_ghost;
         let velocity = if mass > 0.0 { (mirror - ghost) / mass + gravity } else { 0.0 };
         (m_mirror - m_ghost) * velocity - (mirror + wall + ghost) - (mass + m_wall) * gravity
@@ -180,6 +196,8 @@ struct Block {
     /// Impulse of tools and of the other side on the node.
     pushed: [DVec3; 64],
     is_ghost: [bool; 64],
+    /// Gravity and other body forces at each node.
+    gravity: [DVec3; 64],
     report: GridReport,
 }
 
@@ -198,7 +216,7 @@ pub(super) fn update(
     for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), meeting, gradients);
     }
-    b.unfold(step);
+    b.unfold(block, step);
     b.store(nodes, sides);
     b.report
 }
@@ -212,6 +230,7 @@ fn offset(k: usize) -> IVec3 {
 impl Block {
     /// Tells the sides apart and makes momentum velocity.
     fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
+        let gravity: [DVec3; 64] = std::array::from_fn(|k| step.acceleration_at(block * BLOCK + offset(k)));
         let division = std::array::from_fn(|k| divide(block * BLOCK + offset(k), &classes.folded[k], meeting));
         let mut field = [[Sum::default(); 2]; 64];
         let mut velocity = [[DVec3::ZERO; 2]; 64];
@@ -223,19 +242,21 @@ impl Block {
             for (v, sum) in velocity[k].iter_mut().zip(field[k]) {
                 // A NaN mass must show.
                 if sum.mass > 0.0 || sum.mass.is_nan() {
-                    *v = (sum.momentum / sum.mass + step.gravity) * step.damping;
+                    *v = (sum.momentum / sum.mass + gravity[k]) * step.damping;
                 }
             }
         }
         let mut is_ghost = [false; 64];
         classes.folds.iter().for_each(|c| is_ghost[c.ghost] = true);
-        let free = classes.own.iter().flatten().fold(DVec3::ZERO, |p, s| p + s.momentum + s.mass * step.gravity);
+        let own = || classes.own.iter().zip(&gravity).flat_map(|(sums, g)| sums.iter().map(move |s| (s, *g)));
+        let free: DVec3 = own().map(|(s, g)| s.momentum + s.mass * g).sum();
         let report = GridReport {
             tools: vec![Default::default(); meeting.tools.len()],
             damping_impulse: free * (step.damping - 1.0),
+            body_impulse: own().map(|(s, g)| s.mass * (g - step.gravity)).sum(),
             ..GridReport::default()
         };
-        Self { classes, division, field, velocity, pushed: [DVec3::ZERO; 64], is_ghost, report }
+        Self { classes, division, field, velocity, pushed: [DVec3::ZERO; 64], is_ghost, gravity, report }
     }
 
     /// One node: the two sides, then the solid tools in order.
@@ -305,8 +326,9 @@ impl Block {
         self.velocity[k][b] -= impulse / m_b;
     }
 
-    /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; books the walls' impulse.
-    fn unfold(&mut self, step: &GridStep) {
+    /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; nodes of validation cases do as they are told. Books the
+    /// walls' impulse, and that of whatever drives nodes.
+    fn unfold(&mut self, block: IVec3, step: &GridStep) {
         let mut is_at_wall = [false; 64];
         for c in self.classes.folds.iter().rev() {
             self.division[c.ghost] = self.division[c.mirror];
@@ -317,11 +339,23 @@ impl Block {
             }
             [c.ghost, c.wall, c.mirror].into_iter().for_each(|k| is_at_wall[k] = true);
         }
+        for c in &self.classes.clamps {
+            for k in [c.ghost, c.wall] {
+                self.velocity[k] = self.velocity[k].map(|v| c.clamp(v));
+                is_at_wall[k] = true;
+            }
+        }
+        for k in (0..64).filter(|k| self.classes.own[*k].iter().any(|sum| sum.mass > 0.0)) {
+            if let Some(v) = step.special.and_then(|special| special.driven_velocity(block * BLOCK + offset(k))) {
+                self.velocity[k] = [v; 2];
+                is_at_wall[k] = true;
+            }
+        }
         for k in (0..64).filter(|k| is_at_wall[*k]) {
             let mut impulse = -self.pushed[k];
             for class in [UNTAGGED, FRONT, BACK] {
                 let Sum { mass, momentum } = self.classes.own[k][class];
-                let free = step.damping * (momentum + mass * step.gravity);
+                let free = step.damping * (momentum + mass * self.gravity[k]);
                 impulse += mass * self.velocity[k][self.division[k].field_of(class)] - free;
             }
             self.report.wall_impulse += impulse;

@@ -110,7 +110,7 @@ fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, felt
     if field.sum.mass == 0.0 {
         return;
     }
-    let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.motion.velocity_at(world), normal);
+    let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
     let impulse = field.sum.mass * (after - field.velocity);
     if after != field.velocity {
         felt.contacts += 1;

@@ -68,7 +68,7 @@ pub(super) struct Node {
     pub(super) division: Division,
     /// Main and other.
     pub(super) fields: [Field; 2],
-    /// Part of a column that a wall folded.
+    /// Part of a column that a wall folded; held by a clamped wall or driven, in validation cases.
     pub(super) is_at_wall: bool,
     /// Folded onto its mirror: it moves as its image, and contact passes it by.
     pub(super) is_ghost: bool,

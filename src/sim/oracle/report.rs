@@ -34,10 +34,10 @@ fn momentum(particles: &[Particle], plan: &FramePlan) -> DVec3 {
 
 /// Adds what one substep's nodes tell.
 pub(super) fn add_grid(frame: &mut FrameReport, grid: &Grid, around: &Surroundings) {
-    let gravity = around.gravity_step();
     let per_substep = around.plan.dt / around.domain.cell_width;
     frame.grid_mass = 0.0;
-    for node in &grid.nodes {
+    for (coordinate, node) in grid.coordinates().zip(&grid.nodes) {
+        let gravity = around.gravity_step(coordinate);
         let contact: DVec3 = node.fields.iter().map(|field| field.contact_impulse).sum();
         let mut unexplained = -contact;
         for (side, own) in CLASSES.into_iter().zip(node.classes) {

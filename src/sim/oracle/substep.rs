@@ -32,6 +32,8 @@ pub(super) fn substep(
     contact::between_sides(&mut grid, &around, frame);
     contact::with_solid_tools(&mut grid, &around, frame);
     walls::unfold(&mut grid, &columns);
+    walls::clamp(&mut grid, &around);
+    walls::drive(&mut grid, &around);
     report::add_grid(frame, &grid, &around);
 
     g2p::gather(particles, &grid, &around, frame);

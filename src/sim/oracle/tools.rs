@@ -3,7 +3,8 @@
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
-use glam::DVec3;
+use super::super::validation::Manufactured;
+use glam::{DVec3, IVec3};
 
 /// A tool in motion over the substep. Lengths are in metres here, as in the plan.
 #[derive(Clone, Copy, Debug)]
@@ -14,17 +15,26 @@ pub(super) struct MovingTool<'a> {
     pub(super) motion: Motion,
     /// The same as a blade, if it is one.
     pub(super) blade: Option<Blade>,
+    /// Its shape at the substep's end: the tool's own, but for a growing ball.
+    shape: ToolShape,
+    /// Speed [m/s] at which its surface moves along the outward normal.
+    growth: f64,
 }
 
 impl MovingTool<'_> {
     /// Distance [m] from `world` [m] at the substep's end: signed for a solid tool, unsigned for a blade.
     pub(super) fn distance(&self, world: DVec3) -> f64 {
-        self.path.tool.shape.distance(self.motion.end.to_local(world))
+        self.shape.distance(self.motion.end.to_local(world))
     }
 
     /// Outward normal at `world` [m] at the substep's end.
     pub(super) fn normal(&self, world: DVec3) -> DVec3 {
-        self.motion.end.rotation * self.path.tool.shape.normal(self.motion.end.to_local(world))
+        self.motion.end.rotation * self.shape.normal(self.motion.end.to_local(world))
+    }
+
+    /// Velocity [m/s] of the surface at `world` [m], where its outward normal is `normal`.
+    pub(super) fn velocity(&self, world: DVec3, normal: DVec3) -> DVec3 {
+        self.motion.velocity_at(world) + self.growth * normal
     }
 }
 
@@ -37,6 +47,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a FramePlan,
     /// The tools of the plan, in its order.
     pub(super) tools: Vec<MovingTool<'a>>,
+    /// The substep's start [s], from the frame's.
+    start: f64,
 }
 
 impl<'a> Surroundings<'a> {
@@ -50,14 +62,20 @@ impl<'a> Surroundings<'a> {
                 }
                 _ => None,
             };
-            MovingTool { path, motion, blade }
+            let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
+            MovingTool { path, motion, blade, shape, growth }
         };
-        Self { domain, plan, tools: plan.tools.iter().map(moving).collect() }
+        Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
 
-    /// Velocity [m/s] that gravity gives to inertial mass in the substep: weight is not scaled with inertia.
-    pub(super) fn gravity_step(&self) -> DVec3 {
-        self.plan.gravity * (self.plan.dt / self.plan.density_scale)
+    /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at `node` in the substep: weight is not
+    /// scaled with inertia.
+    pub(super) fn gravity_step(&self, node: IVec3) -> DVec3 {
+        let force = |case: &Manufactured| {
+            case.acceleration(&self.plan.material, self.domain.to_world(node.as_dvec3()), case.time + self.start)
+        };
+        let body = self.plan.validation.manufactured.as_ref().map_or(DVec3::ZERO, force);
+        (self.plan.gravity + body) * (self.plan.dt / self.plan.density_scale)
     }
 
     /// What validation damping leaves of a velocity [-].

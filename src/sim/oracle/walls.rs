@@ -34,6 +34,9 @@ pub(super) fn fold(grid: &mut Grid, around: &Surroundings) -> Vec<Column> {
     }
     let domain = around.domain;
     let mut columns = Vec::new();
+    if around.plan.validation.clamped_walls {
+        return columns;
+    }
     let (low, high) = domain.wall_nodes();
     for axis in 0..3 {
         let faces = [(domain.walls.low[axis], low[axis], 1), (domain.walls.high[axis], high[axis], -1)];
@@ -43,7 +46,7 @@ pub(super) fn fold(grid: &mut Grid, around: &Surroundings) -> Vec<Column> {
                 let nodes = [node - normal, node, node + normal].map(|n| grid.index(n));
                 let [Some(ghost), Some(wall), Some(mirror)] = nodes else { continue };
                 let column = Column { ghost, wall, mirror, image: image(kind, normal) };
-                if kind != Wall::Separate || reaction(grid, &column, normal.as_dvec3(), around.gravity_step()) > 0.0 {
+                if kind != Wall::Separate || reaction(grid, &column, node, normal, around) > 0.0 {
                     fold_column(grid, &column);
                     columns.push(column);
                 }
@@ -61,17 +64,18 @@ fn image(kind: Wall, normal: IVec3) -> DVec3 {
     }
 }
 
-/// Impulse R [N s] along the normal with which a wall that folds the column would act on the clay.
-fn reaction(grid: &Grid, column: &Column, normal: DVec3, gravity_step: DVec3) -> f64 {
+/// Impulse R [N s] along the `normal` with which a wall that folds the column about `node` would act on the clay.
+fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &Surroundings) -> f64 {
+    let gravity = around.gravity_step(node).dot(normal.as_dvec3());
     let total = |node: usize| {
         let classes = &grid.nodes[node].folded;
-        (classes.iter().map(|sum| sum.mass).sum::<f64>(), classes.iter().map(|sum| sum.momentum.dot(normal)).sum::<f64>())
+        let momentum = |sum: &Sum| sum.momentum.dot(normal.as_dvec3());
+        (classes.iter().map(|sum| sum.mass).sum::<f64>(), classes.iter().map(momentum).sum::<f64>())
     };
     let [(ghost_mass, ghost), (wall_mass, wall), (mirror_mass, mirror)] = [column.ghost, column.wall, column.mirror].map(total);
     if ghost_mass <= 0.0 {
         return 0.0;
     }
-    let gravity = gravity_step.dot(normal);
     let folded_mass = mirror_mass + ghost_mass;
     let velocity = if folded_mass > 0.0 { (mirror - ghost) / folded_mass + gravity } else { 0.0 };
     (mirror_mass - ghost_mass) * velocity - (mirror + wall + ghost) - (folded_mass + wall_mass) * gravity
@@ -90,9 +94,9 @@ fn fold_column(grid: &mut Grid, column: &Column) {
 
 /// Momentum to velocity: `v = p / m + g h rho / rho_s`, times `exp(-damping h)` in validation cases.
 pub(super) fn set_velocities(grid: &mut Grid, around: &Surroundings) {
-    for field in grid.nodes.iter_mut().flat_map(|node| &mut node.fields) {
-        if field.sum.mass > 0.0 {
-            let free = field.sum.momentum / field.sum.mass + around.gravity_step();
+    for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
+        for field in node.fields.iter_mut().filter(|field| field.sum.mass > 0.0) {
+            let free = field.sum.momentum / field.sum.mass + around.gravity_step(coordinate);
             field.velocity = free * around.damping_factor();
             field.damped = field.velocity - free;
         }
@@ -112,6 +116,51 @@ pub(super) fn unfold(grid: &mut Grid, columns: &[Column]) {
         for field in &mut grid.nodes[column.wall].fields {
             field.velocity *= 0.5 * (column.image + 1.0);
             field.damped *= 0.5 * (column.image + 1.0);
+        }
+    }
+}
+
+/// Clamped walls in place of mirrors, the negative control of validation cases: nodes on a wall and behind it lose their velocity along the
+/// normal, at a stick wall all of it, at a separating one what goes into the wall.
+pub(super) fn clamp(grid: &mut Grid, around: &Surroundings) {
+    if !around.plan.validation.clamped_walls {
+        return;
+    }
+    let walls = around.domain.walls;
+    let (low, high) = around.domain.wall_nodes();
+    for (node, at) in grid.coordinates().zip(&mut grid.nodes) {
+        for axis in 0..3 {
+            let faces = [
+                (walls.low[axis], node[axis] <= low[axis], DVec3::AXES[axis]),
+                (walls.high[axis], node[axis] >= high[axis], -DVec3::AXES[axis]),
+            ];
+            for (kind, is_behind, normal) in faces {
+                if is_behind {
+                    at.is_at_wall = true;
+                    at.fields.iter_mut().for_each(|field| field.velocity = clamped(kind, field.velocity, normal));
+                }
+            }
+        }
+    }
+}
+
+/// What a clamped wall leaves of a velocity.
+fn clamped(kind: Wall, velocity: DVec3, normal: DVec3) -> DVec3 {
+    let leaving = velocity.dot(normal);
+    match kind {
+        Wall::Stick => DVec3::ZERO,
+        Wall::Separate if leaving > 0.0 => velocity,
+        Wall::Slip | Wall::Separate => velocity - leaving * normal,
+    }
+}
+
+/// Sets the velocity of the driven nodes of a validation case; what that takes is booked as a wall's impulse.
+pub(super) fn drive(grid: &mut Grid, around: &Surroundings) {
+    let Some(drive) = around.plan.validation.affine_drive else { return };
+    for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
+        if let Some(velocity) = drive.velocity_at(around.domain.to_world(coordinate.as_dvec3())) {
+            node.is_at_wall = true;
+            node.fields.iter_mut().for_each(|field| field.velocity = velocity);
         }
     }
 }
