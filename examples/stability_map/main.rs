@@ -132,7 +132,12 @@ pub(crate) struct Axes {
 impl Axes {
     fn new(quick: bool) -> Self {
         if quick {
-            return Self { steps: vec![0.35, 0.7, 1.4, 2.1], stiffness: vec![10.0, 55.0], speeds: vec![0.05, 0.25], cells_per_metre: 20 };
+            return Self {
+                steps: vec![0.35, 0.7, 1.4, 2.1],
+                stiffness: vec![10.0, 55.0],
+                speeds: vec![0.05, 0.25],
+                cells_per_metre: 20,
+            };
         }
         let steps = (1..=14).map(|i| 0.14 * f64::from(i)).collect();
         Self { steps, stiffness: vec![3.0, 10.0, 30.0, 55.0, 100.0, 300.0], speeds: vec![0.01, 0.05, 0.25], cells_per_metre: 32 }

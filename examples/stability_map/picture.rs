@@ -11,7 +11,7 @@ const MARGIN_LEFT: i32 = 62;
 const MARGIN_TOP: i32 = 42;
 const MARGIN: (i32, i32) = (18, 60);
 const HEAD: i32 = 40;
-const FOOT: i32 = 64;
+const FOOT: i32 = 88;
 
 const SOUND: RGBColor = RGBColor(214, 232, 240);
 const BLOWN: [(End, RGBColor); 4] = [
@@ -41,7 +41,8 @@ impl Map<'_> {
 
     fn panel<B: DrawingBackend>(&self, area: &Area<B>, law: usize, speed: usize) -> Painted<B> {
         let origin = (PANEL.0 * speed as i32, HEAD + PANEL.1 * law as i32);
-        let (low, high) = ((origin.0 + MARGIN_LEFT, origin.1 + MARGIN_TOP), (origin.0 + PANEL.0 - MARGIN.0, origin.1 + PANEL.1 - MARGIN.1));
+        let (low, high) =
+            ((origin.0 + MARGIN_LEFT, origin.1 + MARGIN_TOP), (origin.0 + PANEL.0 - MARGIN.0, origin.1 + PANEL.1 - MARGIN.1));
         let (columns, rows) = (self.axes.steps.len() as i32, self.axes.stiffness.len() as i32);
         let x = |i: i32| low.0 + (high.0 - low.0) * i / columns;
         let y = |j: i32| high.1 - (high.1 - low.1) * j / rows;
@@ -66,7 +67,14 @@ impl Map<'_> {
             let label = format!("{}", self.axes.stiffness[j as usize]);
             text(area, &label, (low.0 - 6, (y(j) + y(j + 1)) / 2), 13, (HPos::Right, VPos::Center), &BLACK)?;
         }
-        text(area, "step / limit of an isolated particle", ((low.0 + high.0) / 2, high.1 + 24), 14, (HPos::Center, VPos::Top), &BLACK)?;
+        text(
+            area,
+            "step / limit of an isolated particle",
+            ((low.0 + high.0) / 2, high.1 + 24),
+            14,
+            (HPos::Center, VPos::Top),
+            &BLACK,
+        )?;
         text(area, "E / yield", (origin.0 + 8, low.1 - 8), 14, (HPos::Left, VPos::Bottom), &BLACK)?;
         // Between the last step within the default fraction and the first beyond.
         let within = self.axes.steps.iter().filter(|s| **s <= STEP_FRACTION + 1e-9).count() as i32;
@@ -78,25 +86,30 @@ impl Map<'_> {
         let y = height as i32 - FOOT + 12;
         let entries = [
             (End::Sound, "sound"),
-            (End::Energy, "E energy from nothing beyond 1.5 x"),
-            (End::Stretch, "J stretch beyond 0.05 .. 20"),
-            (End::Speed, "V node too fast"),
-            (End::GivenUp, "G not finite, given up"),
+            (End::Energy, "E: energy from nothing, over 1.5 x"),
+            (End::Stretch, "J: stretch beyond 0.05 .. 20"),
+            (End::Speed, "V: a node too fast"),
+            (End::GivenUp, "G: not finite, or given up"),
         ];
-        let mut x = MARGIN_LEFT;
-        for (end, name) in entries {
+        for (i, (end, name)) in (0..).zip(entries) {
+            let (x, y) = (MARGIN_LEFT + i % 3 * 270, y + i / 3 * 22);
             area.draw(&Rectangle::new([(x, y), (x + 18, y + 14)], colour(end).filled()))?;
             text(area, name, (x + 24, y + 7), 14, (HPos::Left, VPos::Center), &BLACK)?;
-            // Ubuntu Light is about 0.5 em wide.
-            x += 24 + 7 * name.len() as i32 + 20;
         }
         let note = format!("black line: default step, {STEP_FRACTION} of the limit; c: speed of the dilatational wave");
-        text(area, &note, (MARGIN_LEFT, y + 24), 14, (HPos::Left, VPos::Top), &BLACK)
+        text(area, &note, (MARGIN_LEFT, y + 46), 14, (HPos::Left, VPos::Top), &BLACK)
     }
 }
 
 /// Text of `size` pixels at `at`.
-fn text<B: DrawingBackend>(area: &Area<B>, text: &str, at: (i32, i32), size: i32, (h, v): (HPos, VPos), ink: &RGBColor) -> Painted<B> {
+fn text<B: DrawingBackend>(
+    area: &Area<B>,
+    text: &str,
+    at: (i32, i32),
+    size: i32,
+    (h, v): (HPos, VPos),
+    ink: &RGBColor,
+) -> Painted<B> {
     let style = (FONT, size).into_font().color(ink).pos(Pos::new(h, v));
     area.draw(&Text::new(text.to_owned(), at, style))
 }

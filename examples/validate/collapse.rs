@@ -49,8 +49,7 @@ impl Collapse {
     /// The block of `material` at rest, `dt` [s] a substep, on `threads` cores (0 for all).
     pub(crate) fn new(material: ClayMaterial, cells_per_metre: i32, dt: f64, touch: Touch, threads: usize) -> Self {
         let dx = ROOM / f64::from(cells_per_metre);
-        let walls =
-            Walls { low: [Wall::Separate, Wall::Stick, Wall::Slip], high: [Wall::Separate, Wall::Separate, Wall::Slip] };
+        let walls = Walls { low: [Wall::Separate, Wall::Stick, Wall::Slip], high: [Wall::Separate, Wall::Separate, Wall::Slip] };
         let domain = Domain::new(DVec3::ZERO, DVec3::new(ROOM, ROOM, 4.0 * dx), dx, walls).expect("a sound room");
         let n = edge(cells_per_metre);
         let height = f64::from(n) / 2.0;
@@ -64,7 +63,9 @@ impl Collapse {
         let mut lab = Lab::with_threads(&Snapshot { domain, material, time: 0.0, particles }, dt, threads);
         lab.plan.gravity = DVec3::NEG_Y * GRAVITY;
         let (shape, above, rotation) = match touch {
-            Touch::Strip => (ToolShape::Box { half_size: DVec3::new(TOOL_HALF_WIDTH, 1e-3 * dx, 8.0 * dx) }, 0.0, DQuat::IDENTITY),
+            Touch::Strip => {
+                (ToolShape::Box { half_size: DVec3::new(TOOL_HALF_WIDTH, 1e-3 * dx, 8.0 * dx) }, 0.0, DQuat::IDENTITY)
+            }
             Touch::Rod => (
                 ToolShape::Capsule { radius: TOOL_HALF_WIDTH, half_length: 8.0 * dx },
                 TOOL_HALF_WIDTH,

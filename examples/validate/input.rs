@@ -65,7 +65,8 @@ fn quarantine() -> Vec<Row> {
 fn refused() -> Vec<Row> {
     let mut lab = clay(cube());
     let domain = room([12; 3], Wall::Separate);
-    let ball = Mover::new(&domain, ToolShape::Sphere { radius: 2.0 }, Contact::default(), DVec3::new(6.0, 5.5, 6.0), DQuat::IDENTITY);
+    let ball =
+        Mover::new(&domain, ToolShape::Sphere { radius: 2.0 }, Contact::default(), DVec3::new(6.0, 5.5, 6.0), DQuat::IDENTITY);
     let good = lab.plan.clone();
     let with_pose = |position: DVec3, rotation: DQuat| FramePlan {
         tools: vec![ToolPath::still(1, ball.tool, Pose { position, rotation })],
@@ -84,15 +85,18 @@ fn refused() -> Vec<Row> {
         ("tool path", with_pose(DVec3::ZERO, DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0))),
         ("tool path", with_pose(DVec3::ZERO, DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0))),
     ];
-    let mut is_refused = |(name, plan): &(&str, FramePlan)| {
-        matches!(lab.engine.submit(plan.clone()), Err(EngineError::Params(e)) if e.name == *name)
-    };
+    let mut is_refused = |(name, plan): &(&str, FramePlan)| matches!(lab.engine.submit(plan.clone()), Err(EngineError::Params(e)) if e.name == *name);
     let missed = plans.iter().filter(|p| !is_refused(p)).count();
     let is_idle = lab.engine.pending() == 0;
     let mut other = clay(cube());
     let same = is_idle && lab.frame(50).health.is_ok() && other.frame(50).health.is_ok() && lab.particles() == other.particles();
     vec![
-        Row::at_most("bad input: frames with dt 0, tools at infinity and the like not refused by name", missed as f64, "frames", 0.0),
+        Row::at_most(
+            "bad input: frames with dt 0, tools at infinity and the like not refused by name",
+            missed as f64,
+            "frames",
+            0.0,
+        ),
         yes("bad input: a good frame after them is as ever", same),
     ]
 }
@@ -129,7 +133,8 @@ fn empty() -> Vec<Row> {
             ToolShape::Box { half_size: DVec3::splat(2.0) },
         ];
         let movers = shapes.into_iter().zip(1..).map(|(shape, id)| {
-            let mut mover = Mover::new(&domain, shape, Contact::default(), DVec3::new(6.0, 1.0, 6.0), DQuat::from_rotation_y(0.4));
+            let mut mover =
+                Mover::new(&domain, shape, Contact::default(), DVec3::new(6.0, 1.0, 6.0), DQuat::from_rotation_y(0.4));
             (mover.id, mover.velocity) = (id, DVec3::X * 0.02 * DX / lab.plan.dt);
             mover
         });
@@ -139,7 +144,8 @@ fn empty() -> Vec<Row> {
     };
     let mut none = clay(vec![]);
     let report = tools(&mut none);
-    let is_quiet = report.health.is_ok() && report.particle_count == 0 && report.momentum == DVec3::ZERO && report.balance_error() == 0.0;
+    let is_quiet =
+        report.health.is_ok() && report.particle_count == 0 && report.momentum == DVec3::ZERO && report.balance_error() == 0.0;
     let mut dust = Particle::at(DVec3::new(6.2, 1.4, 6.6) + f64::from(WALL_NODE), 1e-30, 0);
     dust.velocity = [0.01, -0.02, 0.005];
     let mut lone = clay(vec![dust]);
@@ -211,7 +217,8 @@ pub(crate) fn strains(size: Size) -> Vec<Row> {
     let expected = is_clamped.iter().filter(|c| **c).count();
     let change = |a: &Particle, b: &Particle| {
         let (a, b) = (left_cauchy_green(a), left_cauchy_green(b));
-        (a - b).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs())) / a.to_cols_array().iter().fold(1.0f64, |m, x| m.max(x.abs()))
+        (a - b).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()))
+            / a.to_cols_array().iter().fold(1.0f64, |m, x| m.max(x.abs()))
     };
     let kept = particles.iter().zip(&after).zip(&is_clamped).filter(|(_, c)| !**c).map(|((a, b), _)| change(a, b));
     // f32 near E = -1 resolves a stretch of 0.05 to 6e-7.
@@ -219,7 +226,12 @@ pub(crate) fn strains(size: Size) -> Vec<Row> {
     let not_finite = |particles: &[Particle]| particles.iter().filter(|p| !p.is_finite()).count() as f64;
     let mut rows = vec![
         Row::at_most("random strains: particles not finite", not_finite(&after), "particles", 0.0),
-        Row::at_most("random strains: clamped but not counted", (report.clamped as f64 - expected as f64).abs(), "particles", 0.0),
+        Row::at_most(
+            "random strains: clamped but not counted",
+            (report.clamped as f64 - expected as f64).abs(),
+            "particles",
+            0.0,
+        ),
         Row::at_least("random strains: clamped", expected as f64, "particles", 1.0),
         yes("random strains: clamping is told", report.health.contains(Health::STRAIN)),
         Row::at_most("random strains: change of those within the limits", kept.fold(0.0, f64::max), "of b", 1e-5),

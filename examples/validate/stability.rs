@@ -142,8 +142,7 @@ pub(crate) fn energy(size: Size) -> Vec<Row> {
 /// A free body whose parts move with a velocity gradient of 1e-3 c / dx along all axes: it turns, and rings at strains of a percent.
 fn ringing(material: &ClayMaterial, cells: IVec3) -> Snapshot {
     let unit = 1e-3 * material.wave_speed(material.density) / DX;
-    let gradient =
-        DMat3::from_cols(DVec3::new(0.5, 0.9, -0.4), DVec3::new(-1.1, -0.7, 0.8), DVec3::new(0.6, -0.9, 0.4)) * unit;
+    let gradient = DMat3::from_cols(DVec3::new(0.5, 0.9, -0.4), DVec3::new(-1.1, -0.7, 0.8), DVec3::new(0.6, -0.9, 0.4)) * unit;
     // Room to turn about any axis.
     let extent = cells.as_dvec3().length().ceil() as i32 + 6;
     let centre = DVec3::splat(f64::from(extent) / 2.0) + DVec3::new(0.13, 0.41, 0.27);
@@ -223,6 +222,12 @@ fn lie(wall: Wall, height: f64) -> (f64, f64) {
     lab.plan.validation.damping = 200.0;
     let report = (0..40).map(|_| lab.frame(100)).last().unwrap_or_default();
     // A quarter of a cell of clay lies below the particles of the lowest layer.
-    let gaps = lab.particles().iter().zip(&is_bottom).filter(|(_, b)| **b).map(|(p, _)| place(p).y - 0.25).fold(f64::NEG_INFINITY, f64::max);
+    let gaps = lab
+        .particles()
+        .iter()
+        .zip(&is_bottom)
+        .filter(|(_, b)| **b)
+        .map(|(p, _)| place(p).y - 0.25)
+        .fold(f64::NEG_INFINITY, f64::max);
     (gaps, report.momentum.length() / report.particle_mass)
 }

@@ -16,8 +16,7 @@ pub(crate) fn creep(size: Size) -> Vec<Row> {
     // The modulus for which this is the default step: E = (1 - 2 nu) rho (0.7 dx / dt)^2.
     let nu = 0.45;
     let density = 1700.0;
-    let young_modulus =
-        (1.0 - 2.0 * nu) * density * (bevy_clay::sim::plan::STEP_FRACTION * cell_width / dt).powi(2);
+    let young_modulus = (1.0 - 2.0 * nu) * density * (bevy_clay::sim::plan::STEP_FRACTION * cell_width / dt).powi(2);
     let material = ClayMaterial { density, young_modulus, ..elastic(nu) };
     let low = DVec3::new(0.1, -0.05, 0.2);
     let extent = IVec3::new(SHIFT + 12, 12, 12).as_dvec3() * cell_width;
@@ -39,7 +38,8 @@ pub(crate) fn creep(size: Size) -> Vec<Row> {
     let error = |(a, b): (&Particle, &Particle)| ((b.grid() - a.grid()) * cell_width - DVec3::X * way).length() / way;
     let after = lab.particles();
     let worst = before.iter().zip(&after).map(error).fold(0.0, f64::max);
-    let mean = before.iter().zip(&after).map(|(a, b)| (b.grid() - a.grid()).x * cell_width / way).sum::<f64>() / after.len() as f64;
+    let mean =
+        before.iter().zip(&after).map(|(a, b)| (b.grid() - a.grid()).x * cell_width / way).sum::<f64>() / after.len() as f64;
     let seconds = dt * f64::from(steps);
     vec![
         Row::at_most(format!("creep: displacement at 20 um/s for {seconds:.1} s, worst particle"), 100.0 * worst, "%", 1.0),
@@ -57,7 +57,10 @@ pub(crate) fn shift(size: Size) -> Vec<Row> {
     let speed = 0.05 * DX / dt;
     for p in &mut particles {
         let r = place(p) - 9.0;
-        set_velocity(p, (DVec3::new(r.y, -r.x, 0.4 * r.z) + 0.5 * DVec3::new(random.next(), random.next(), random.next())) * 0.2 * speed);
+        set_velocity(
+            p,
+            (DVec3::new(r.y, -r.x, 0.4 * r.z) + 0.5 * DVec3::new(random.next(), random.next(), random.next())) * 0.2 * speed,
+        );
         if r.x.abs() < 1.5 && r.y > -1.0 {
             p.tags[0] = Tag { sheet: 1, side: if r.x < 0.0 { -1 } else { 1 } };
         }
@@ -81,7 +84,12 @@ pub(crate) fn shift(size: Size) -> Vec<Row> {
     let worked = here.iter().filter(|p| p.hardening > 0.0).count();
     vec![
         Row::at_most(format!("shift: particles that differ {SHIFT} cells away"), differ(&run(room, SHIFT)), "particles", 0.0),
-        Row::at_most(format!("shift: particles that differ in a room {SHIFT} cells away"), differ(&run(moved, 0)), "particles", 0.0),
+        Row::at_most(
+            format!("shift: particles that differ in a room {SHIFT} cells away"),
+            differ(&run(moved, 0)),
+            "particles",
+            0.0,
+        ),
         // Rigid flight proves little.
         Row::at_least("shift: particles that flowed", worked as f64, "particles", 100.0),
     ]
@@ -125,7 +133,12 @@ fn crowd_rows(name: &str, lab: &mut Lab, steps: u32) -> Vec<Row> {
     let is_ok = report.health.is_ok() && report.redone == 0;
     vec![
         Row::at_least(format!("crowded cells, {name}: healthy"), f64::from(u8::from(is_ok)), "yes", 1.0),
-        Row::at_most(format!("crowded cells, {name}: mass"), (report.grid_mass / report.particle_mass - 1.0).abs(), "relative", 1e-5),
+        Row::at_most(
+            format!("crowded cells, {name}: mass"),
+            (report.grid_mass / report.particle_mass - 1.0).abs(),
+            "relative",
+            1e-5,
+        ),
         Row::at_most(format!("crowded cells, {name}: momentum balance"), report.balance_error(), "relative", 1e-5),
     ]
 }
