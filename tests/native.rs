@@ -2,6 +2,8 @@
 
 #[path = "../examples/validate/blade.rs"]
 mod blade;
+#[path = "../examples/validate/collapse.rs"]
+mod collapse;
 #[path = "../examples/validate/contact.rs"]
 mod contact;
 #[path = "../examples/validate/elastic.rs"]
@@ -14,6 +16,8 @@ mod lab;
 mod law;
 #[path = "../examples/validate/motion.rs"]
 mod motion;
+#[path = "../examples/validate/published.rs"]
+mod published;
 #[path = "../examples/validate/report.rs"]
 mod report;
 #[path = "../examples/validate/robust.rs"]
@@ -143,6 +147,11 @@ fn nothing_changes_sides_at_rest() {
 #[test]
 fn one_and_two_threads_give_the_same_bits() {
     assert_within_limits(&robust::determinism(Size::Test));
+}
+
+#[test]
+fn published_law_fails_as_known() {
+    assert_within_limits(&published::published(Size::Test));
 }
 
 #[test]

@@ -149,6 +149,11 @@ impl Mover {
 /// The GPU engine that the cases run on, if it is not the native one.
 pub(crate) static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
 
+/// Whether the cases run on the GPU engine.
+pub(crate) fn is_gpu() -> bool {
+    GPU.get().is_some()
+}
+
 /// An engine without clay; the native one on `threads` cores, 0 for all.
 pub(crate) fn engine(threads: usize) -> Box<dyn Engine> {
     match GPU.get() {

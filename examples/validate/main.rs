@@ -8,12 +8,14 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
 
 mod blade;
+mod collapse;
 mod contact;
 mod elastic;
 mod input;
 mod lab;
 mod law;
 mod motion;
+mod published;
 mod report;
 mod robust;
 mod stability;
@@ -109,6 +111,7 @@ const CASES: &[Case] = &[
     stability("health", robust::health),
     stability("bad input", input::bad),
     stability("random strains", input::strains),
+    stability("as published", published::published),
     Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields },
     Case { suite: Suite::Surface, name: "sphere", run: surface::sphere },
 ];
