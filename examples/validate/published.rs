@@ -53,7 +53,7 @@ pub(crate) fn published(size: Size) -> Vec<Row> {
     if is_gpu() {
         return vec![];
     }
-    let cells = size.pick(32, 64, 64);
+    let cells = size.pick(32, 32, 64);
     let dx = 1.0 / f64::from(cells);
     let fall = 9.81 * 0.2 * 0.2 / 2.0;
     let dust = run(clay(ClayLaw::AsPublished, 0.3, dx), cells, false);
