@@ -139,8 +139,12 @@ impl Axes {
                 cells_per_metre: 20,
             };
         }
-        let steps = (1..=14).map(|i| 0.14 * f64::from(i)).collect();
-        Self { steps, stiffness: vec![3.0, 10.0, 30.0, 55.0, 100.0, 300.0], speeds: vec![0.01, 0.05, 0.25], cells_per_metre: 32 }
+        Self {
+            steps: vec![0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0],
+            stiffness: vec![10.0, 30.0, 55.0, 100.0, 300.0],
+            speeds: vec![0.01, 0.05, 0.25],
+            cells_per_metre: 24,
+        }
     }
 
     fn points(&self) -> Vec<Point> {

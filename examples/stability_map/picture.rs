@@ -59,7 +59,7 @@ impl Map<'_> {
         for i in 0..columns {
             let label = format!("{:.2}", self.axes.steps[i as usize]);
             // Every other label where they stand close.
-            if columns <= 8 || i % 2 == 0 {
+            if columns <= 9 || i % 2 == 0 {
                 text(area, &label, ((x(i) + x(i + 1)) / 2, high.1 + 5), 13, (HPos::Center, VPos::Top), &BLACK)?;
             }
         }
