@@ -59,6 +59,9 @@ run_examples() {
         stability_map)
             cargo run --quiet --no-default-features --example stability_map -- --out "$results/stability_map" --quick
             ;;
+        chart)
+            cargo run --quiet --no-default-features --example chart -- --smoke --out "$results/chart"
+            ;;
         validate) ;; # has a section of its own
         minimal | sculpt) ;; # need a window: see run_windows
         *)

@@ -51,12 +51,12 @@ pub(crate) fn creep(size: Size) -> Vec<Row> {
 pub(crate) fn shift(size: Size) -> Vec<Row> {
     let material = Preset::SoftClay.material();
     let dt = stable_step(&material);
-    let mut particles = block(DVec3::splat(6.0), IVec3::splat(6));
+    let mut particles = block(DVec3::splat(16.0), IVec3::splat(6));
     jitter(&mut particles, 0.2, 9);
     let mut random = Random::new(9);
     let speed = 0.05 * DX / dt;
     for p in &mut particles {
-        let r = place(p) - 9.0;
+        let r = place(p) - 19.0;
         set_velocity(
             p,
             (DVec3::new(r.y, -r.x, 0.4 * r.z) + 0.5 * DVec3::new(random.next(), random.next(), random.next())) * 0.2 * speed,
@@ -65,7 +65,7 @@ pub(crate) fn shift(size: Size) -> Vec<Row> {
             p.tags[0] = Tag { sheet: 1, side: if r.x < 0.0 { -1 } else { 1 } };
         }
     }
-    let room = room([SHIFT + 20; 3], Wall::Separate);
+    let room = room([SHIFT + 40; 3], Wall::Separate);
     let run = |domain: Domain, cells: i32| {
         let mut clay = particles.clone();
         clay.iter_mut().for_each(|p| p.cell = p.cell.map(|c| c + cells));
