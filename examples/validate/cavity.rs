@@ -137,20 +137,6 @@ pub(crate) fn expansion(size: Size) -> Vec<Row> {
         after.iter().filter(|p| (from..to).contains(&place(p).length())).map(|p| radial_stress(&material, p)).collect();
     let found = inside.iter().sum::<f64>() / inside.len() as f64;
     let exact = mean_stress(&Shell { material, inner, outer, grown: END }.solve(), from, to);
-    if std::env::var_os("CLAY_DEBUG").is_some() {
-        let nearest = after.iter().map(|p| place(p).length()).fold(f64::INFINITY, f64::min);
-        eprintln!(
-            "inner {inner} found {found} exact {exact} in k {} nearest {nearest} steps {steps} health {health}",
-            exact / material.shear_strength()
-        );
-        let s = Shell { material, inner, outer, grown: END }.solve();
-        for b in [6.0, 7.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0] {
-            let v: Vec<f64> =
-                after.iter().filter(|p| (b..b + 1.0).contains(&place(p).length())).map(|p| radial_stress(&material, p)).collect();
-            eprintln!("r {b} mpm {:.1} exact {:.1}", v.iter().sum::<f64>() / v.len() as f64, mean_stress(&s, b, b + 1.0));
-        }
-        eprintln!("pressure exact {}", -s[0].stress);
-    }
     let value = if health.is_ok() { (found / exact - 1.0).abs() } else { f64::NAN };
     vec![Row::at_most("cavity: radial stress at 1.5 to 2 radii", value, "relative", 0.05)]
 }

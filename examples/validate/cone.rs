@@ -40,11 +40,6 @@ pub(crate) fn indentation(size: Size) -> Vec<Row> {
         if middle > DEPTHS.0 {
             points.push((middle.ln(), report.tools[0].force.y.ln()));
         }
-        if std::env::var_os("CLAY_DEBUG").is_some() {
-            let f = 4.0 * report.tools[0].force.y;
-            let n = f / (material.shear_strength() * std::f64::consts::PI * (middle * DX).powi(2));
-            eprintln!("h {middle:.3} F {f:.4} Nc {n:.3}");
-        }
     }
     let n = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));

@@ -201,9 +201,6 @@ fn hardening_error() -> f64 {
             let error = (mean / tau(at(frame + 1)) - 1.0).abs();
             worst = if report.health.is_ok() && error.is_finite() { worst.max(error) } else { f64::NAN };
         }
-        if std::env::var_os("CLAY_DEBUG").is_some() && frame % 10 == 9 {
-            eprintln!("stretch {:.3} tau {:.5}", at(frame + 1).exp(), mean / tau(at(frame + 1)));
-        }
     }
     worst
 }
