@@ -69,9 +69,9 @@ run_examples() {
 # in_window COMMAND...: with the display there is, or one of its own.
 in_window() {
     if [ -n "${DISPLAY:-}" ]; then
-        timeout 300 "$@"
+        timeout 900 "$@"
     else
-        timeout 300 xvfb-run --auto-servernum --server-args="-screen 0 1280x800x24" "$@"
+        timeout 900 xvfb-run --auto-servernum --server-args="-screen 0 1280x800x24" "$@"
     fi
 }
 

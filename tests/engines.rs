@@ -41,6 +41,24 @@ fn kept_cut_agrees() {
     assert_all(common::kept_cut());
 }
 
+#[test]
+fn laws_agree() {
+    assert_all(common::laws());
+}
+
+/// The laws as published: the stress itself fades from the tool.
+#[test]
+fn published_laws_agree() {
+    let law = |law| ClayMaterial { law, softening_length: 4.0 * CELL, ..soft() };
+    let all = [("as published", ClayLaw::AsPublished), ("as published, default d", ClayLaw::AsPublishedDefaultD)];
+    assert_all(all.into_iter().map(|(name, l)| common::pressed(name, law(l), 0.0)).collect());
+}
+
+#[test]
+fn volume_averaging_agrees() {
+    assert_all(common::averaging());
+}
+
 fn special(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
     Agreement { name: name.into(), case: Case { snapshot, plan }, position: 1e-6, strain: 3e-6, tagged: 0 }
 }

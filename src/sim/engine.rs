@@ -7,6 +7,7 @@ use super::gpu::GpuError;
 use super::health::Health;
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
+use super::plan::AVERAGING_INTERVAL;
 use super::snapshot::Snapshot;
 use super::tool::ToolPath;
 #[doc(hidden)]
@@ -53,6 +54,17 @@ impl FramePlan {
     /// Inertial density [kg/m^3].
     pub fn inertial_density(&self) -> f64 {
         self.material.density * self.density_scale
+    }
+
+    /// Share [-] of its difference to the mean that a flowing particle's ln J loses before substep `step` of `steps`: what
+    /// [`Self::volume_averaging`] in each substep up to the next averaging amounts to, or 0 where none is due.
+    pub(super) fn averaging_share(&self, step: u32, steps: u32) -> f64 {
+        let is_due = step.is_multiple_of(AVERAGING_INTERVAL) && self.material.yield_stress.is_finite();
+        if !is_due || self.material.law.is_as_published() {
+            return 0.0;
+        }
+        let substeps = AVERAGING_INTERVAL.min(steps - step);
+        1.0 - (1.0 - self.volume_averaging).powf(f64::from(substeps))
     }
 
     /// Checks every number.

@@ -154,9 +154,20 @@ impl ClayMaterial {
         if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
     }
 
-    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`.
+    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite under the laws as published.
     pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
+        if self.law.is_as_published() {
+            return f64::INFINITY;
+        }
         self.yield_stress * (1.0 - self.softening * self.softening_zeta(distance, cell_width))
+    }
+
+    /// Share of its yield stress [-] that clay of `structure` (the working D) has left: `1 - loss D`.
+    pub fn worked_factor(&self, structure: f64) -> f64 {
+        match self.law {
+            ClayLaw::Worked { loss, .. } => 1.0 - loss * structure,
+            _ => 1.0,
+        }
     }
 
     /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as published, where it is zeta of Eq. 5 to the letter.

@@ -4,10 +4,11 @@
 //!
 //! | pass    | does                                                                                  | equation          |
 //! |---------|---------------------------------------------------------------------------------------|-------------------|
+//! | `average` | flowing particles share their cell's volume ratio, now and then (anti-locking)      | -                 |
 //! | `tags`  | particles that a blade came near, or swept over, take their side of it                | Eq. 1, swept      |
 //! | `p2g`   | mass and momentum of each side class to the nodes, with the stress impulse            | Eq. 2-4           |
 //! | `grid`  | momentum -> velocity, gravity, contact of the two sides, tools, walls                 | -                 |
-//! | `g2p`   | velocity and affine from the particle's own side, advection, elastic strain, return   | Eq. 5 (softening) |
+//! | `g2p`   | velocity and affine from the particle's own side, advection, elastic strain, flow     | Eq. 5 (softening) |
 //!
 //! # The substep, exactly
 //!
@@ -15,12 +16,16 @@
 //! Nodes stand at integers; the stencil of a particle at `x` is nodes `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic
 //! weights `(1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density, `m_p = rho_s V_p`.
 //!
+//! 0. `average`, before substeps 0, 32, 64 .. of the frame where [`volume_averaging`](engine::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)` and class, the particles at
+//!    yield (`|d| >= 0.99 y`, 4. below, without the viscous part, tools at their poses of `t`) take `1 - (1 - q)^k` of the difference to their mean `ln J`, weighted by
+//!    rest volume: `b *= exp(2 (change of ln J) / 3)`. k is the number of substeps up to the next averaging or the frame's end.
 //! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle at `x`, come from
 //!    `x - h v`, for which [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side) in slot 0; then a particle with a tag of this sheet that
 //!    [`Near::is_behind`](tool::Near::is_behind) is put back along the normal to `side * 1e-3` cells from the plane, and counted.
 //! 2. `p2g`: Kirchhoff stress `tau = 2 mu H + lambda tr(H) I` with `H = ln(I + E) / 2`; affine impulse per mass
 //!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for
-//!    each class of particles: untagged U, front F (side +1), back B (side -1).
+//!    each class of particles: untagged U, front F (side +1), back B (side -1). The laws as published multiply tau by
+//!    [`stress_factor_at`](material::ClayMaterial::stress_factor_at) the distance to the nearest tool at its pose of `t`.
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
 //!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
 //!       first, each class apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or subtracts (stick).
@@ -51,8 +56,10 @@
 //!       every; separate: one into the wall). A growing ball has its radius of `t + h` throughout the substep, and its surface the growth along the
 //!       normal. Last, every field of an affine drive's nodes takes the drive's velocity. What clamped and driven nodes gain is a wall's impulse.
 //! 4. `g2p`, from the particle's own class's field: `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`; `x += h v / dx`; the room's walls stop `x`;
-//!    `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if `|d| > y = sqrt(2/3) sY(distance) / (2 mu)`,
-//!    with the distance from the new `x` to the nearest tool at `t + h`: `d *= y / |d|`, hardening `+= sqrt(2/3) (|d| - y)`; `E = exp(2 H) - I`. Eigenvalues of `b` are clamped to
+//!    `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if `|d| > y = sqrt(2/3) sY / (2 mu)` it is shortened to `d (1 - g / |d|)` where
+//!    `2 mu (|d| - y - g) = sqrt(2/3) (H_mod a + eta (a / h)^n)`, `a = sqrt(2/3) g` (Herschel-Bulkley, hardening modulus H_mod; without both `d *= y / |d|`), hardening
+//!    `+= a`, `E = exp(2 H) - I`. `sY = sY0 (1 - s zeta) (1 - loss D) + H_mod hardening` with the distance of zeta from the new `x` to the nearest tool at `t + h` and the working
+//!    `D` before; then `1 - D *= exp(-rate a)`, `D *= exp(-h / rest_time)`. Eigenvalues of `b` are clamped to
 //!    `[0.05^2, 20^2]` and counted.
 //!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its

@@ -63,7 +63,7 @@ pub struct Particle {
     pub elastic_strain: [f32; 6],
     /// Accumulated plastic strain [-].
     pub hardening: f32,
-    /// Structure parameter of thixotropic clay [-]; 0 is unworked.
+    /// Working D of thixotropic clay [-]; 0 is fresh.
     pub structure: f32,
     /// Rest volume [m^3].
     pub rest_volume: f32,

@@ -60,6 +60,8 @@ fn main() {
         cases("impact_agrees", common::impact),
         cases("asymmetric_deformation_agrees", common::asymmetric_deformation),
         cases("solid_tools_agree", common::solid_tools),
+        cases("laws_agree", common::laws),
+        cases("volume_averaging_agrees", common::averaging),
         cases("blades_agree", common::blades),
         cases("kept_cut_agrees", common::kept_cut),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),

@@ -1,12 +1,14 @@
 //! Buffers by lifetime: of the clay (particles, table), and of the frame (nodes; grow-only).
 
-use super::super::params::Domain;
+use super::super::params::{BLOCK, Domain};
 use super::device::{self, GpuError};
 use super::layout::{FIELDS, GpuTool, Params, Status, Total};
 use super::pass::Id;
 use super::wgsl::{SCAN_CHUNK, WORKGROUP};
 use crate::sim::engine::SurfaceParticle;
 use crate::sim::snapshot::Particle;
+use glam::IVec3;
+use std::collections::HashSet;
 
 /// Substeps in one submission: the tools' poses for them are uploaded at once.
 pub(super) const SUBMISSION_STEPS: u32 = 1024;
@@ -206,9 +208,17 @@ impl Buffers {
             Id::Clear => slots * self.size.classes,
             Id::Sides | Id::Grid => slots,
             Id::Mass => groups(slots),
-            Id::Load | Id::Mark | Id::Count | Id::Place | Id::Order | Id::Tags | Id::P2g | Id::G2p | Id::Store | Id::Total => {
-                groups(self.particle_count)
-            }
+            Id::Load
+            | Id::Mark
+            | Id::Count
+            | Id::Place
+            | Id::Order
+            | Id::Average
+            | Id::Tags
+            | Id::P2g
+            | Id::G2p
+            | Id::Store
+            | Id::Total => groups(self.particle_count),
         }
     }
 }
@@ -256,4 +266,32 @@ fn scan(device: &wgpu::Device, source: &wgpu::Buffer, len: u32) -> Scan {
 fn buffer(device: &wgpu::Device, name: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     let label = format!("clay:{name}");
     device.create_buffer(&wgpu::BufferDescriptor { label: Some(&label), size: bytes.max(4), usage, mapped_at_creation: false })
+}
+
+/// Room for blocks beyond those there are: clay spreads.
+const SLOT_HEADROOM: f64 = 1.3;
+
+/// Number of blocks that the particles' margins reach, as `mark` has it.
+pub(super) fn block_count(particles: &[Particle]) -> usize {
+    let mut blocks = HashSet::new();
+    for p in particles {
+        let base = (p.grid() - 0.5).floor().as_ivec3();
+        let block = |node: IVec3| node.div_euclid(IVec3::splat(BLOCK));
+        let (low, high) = (block(base - 1), block(base + 3));
+        for x in low.x..=high.x {
+            for y in low.y..=high.y {
+                blocks.extend((low.z..=high.z).map(|z| (x, y, z)));
+            }
+        }
+    }
+    blocks.len()
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a count of blocks, checked against limits before use"
+)]
+pub(super) fn slot_capacity(blocks: usize) -> u32 {
+    (SLOT_HEADROOM * blocks as f64).min(f64::from(u32::MAX / 64)) as u32 + 64
 }

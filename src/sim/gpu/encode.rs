@@ -22,13 +22,15 @@ pub(super) struct Part {
     pub ends: bool,
     /// Substeps between two re-bins.
     pub interval: u32,
+    /// Substeps of the frame.
+    pub total: u32,
 }
 
 impl Part {
     /// The next part, of up to `most` substeps, of a frame of `steps` substeps of which `done` are encoded.
     pub(super) fn next(done: u32, steps: u32, interval: u32, most: u32) -> Self {
         let count = most.clamp(1, SUBMISSION_STEPS).min(steps - done);
-        Self { first: done, steps: count, starts: done == 0, ends: done + count == steps, interval }
+        Self { first: done, steps: count, starts: done == 0, ends: done + count == steps, interval, total: steps }
     }
 
     /// Whether the particles are re-binned before substep `s` of the frame.
@@ -94,6 +96,9 @@ impl<'a> Encoding<'a> {
                 v.state = 1 - v.state;
             }
             let mut passes = vec![(Id::Clear, v)];
+            if self.work.plan.averaging_share(s, part.total) > 0.0 {
+                passes.push((Id::Average, v));
+            }
             if blades {
                 passes.push((Id::Tags, v));
             }

@@ -164,6 +164,21 @@ fn stress(e: Sym) -> Sym {
     return stress_of(hencky(e));
 }
 
+// By how much flow shortens a Hencky deviator that is `excess` too long: root of (1 + hardening) g + viscous g^n = excess. Newton's method in z = g^n
+// falls to it from above, as on the native engine.
+fn shortening(excess: f32) -> f32 {
+    let linear = 1.0 + params.hardening;
+    if params.viscous == 0.0 { return excess / linear; }
+    if params.flow_index == 1.0 { return excess / (linear + params.viscous); }
+    let power = 1.0 / params.flow_index;
+    var z = min(excess / params.viscous, pow(excess / linear, params.flow_index));
+    for (var step = 0; step < 8; step++) {
+        let g = linear * pow(z, power);
+        z -= (g + params.viscous * z - excess) / (power * g / z + params.viscous);
+    }
+    return clamp(pow(z, power), 0.0, excess);
+}
+
 // Stress and strain after one substep.
 fn update(l: mat3x3f, e: Sym, yield_norm: f32) -> Update {
     let x = trial(l, e);
@@ -172,19 +187,22 @@ fn update(l: mat3x3f, e: Sym, yield_norm: f32) -> Update {
         let third = (p.h.x + p.h.y + p.h.z) / 3.0;
         let d = p.h - third;
         let size = sqrt(dot(d, d));
-        let h = d * select(1.0, yield_norm / size, size > yield_norm) + third;
+        var shorter = 0.0;
+        if size > yield_norm { shorter = shortening(size - yield_norm); }
+        let h = d * select(1.0, (size - shorter) / size, shorter > 0.0) + third;
         let b = vec3f(expm1(2.0 * h.x), expm1(2.0 * h.y), expm1(2.0 * h.z));
         let tau = params.mu2 * h + params.lambda * (h.x + h.y + h.z);
-        return Update(compose(p.e, tau), compose(p.e, b), SQRT_2_3 * max(size - yield_norm, 0.0), p.clamped);
+        return Update(compose(p.e, tau), compose(p.e, b), SQRT_2_3 * shorter, p.clamped);
     }
     let h = hencky_series(x);
     let third = trace(h) / 3.0;
     let d = Sym(h.d - third, h.o);
     let size = sqrt(norm2(d));
     if size > yield_norm {
-        let ratio = yield_norm / size;
+        let shorter = shortening(size - yield_norm);
+        let ratio = (size - shorter) / size;
         let back = Sym(d.d * ratio + third, d.o * ratio);
-        return Update(stress_of(back), expm1_series(back), SQRT_2_3 * (size - yield_norm), false);
+        return Update(stress_of(back), expm1_series(back), SQRT_2_3 * shorter, false);
     }
     return Update(stress_of(h), x, 0.0, false);
 }

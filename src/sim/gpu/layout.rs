@@ -1,7 +1,9 @@
 //! Rust twins of the WGSL structs. A test compares every offset with what naga computes from the text.
 
 use super::super::engine::FramePlan;
+use super::super::material::ClayLaw;
 use super::super::params::{Domain, Wall};
+use super::super::plan::AVERAGING_INTERVAL;
 use super::super::tool::{Contact, Pose, ToolPath, ToolShape};
 use super::plan::Scales;
 use bytemuck::{Pod, Zeroable};
@@ -57,9 +59,17 @@ pub(super) struct Params {
     pub starts_frame: u32,
     pub softens: u32,
     pub node_mass_limit: f32,
+    pub hardening: f32,
+    pub viscous: f32,
+    pub flow_index: f32,
+    pub hardening_norm: f32,
+    pub work_loss: f32,
+    pub work_rate: f32,
+    pub work_kept: f32,
+    pub averaging: f32,
+    pub averaging_last: f32,
+    pub averaging_last_at: u32,
     pub spare0: u32,
-    pub spare1: u32,
-    pub spare2: u32,
 }
 
 /// What a frame's parameters are made of.
@@ -73,6 +83,9 @@ pub(super) struct ParamsInput<'a> {
     pub slot_capacity: u32,
     /// Rest volume of mass 1 [m^3].
     pub mass_unit: f64,
+    /// Substeps of the frame, and those done before this submission.
+    pub steps: u32,
+    pub first_step: u32,
     pub starts_frame: bool,
 }
 
@@ -93,6 +106,12 @@ impl Params {
             Wall::Stick => 1,
             Wall::Separate => 2u32,
         };
+        let root = (2.0f64 / 3.0).sqrt();
+        let (loss, rate, rest_time) = match m.law {
+            ClayLaw::Worked { loss, rate, rest_time } => (loss, rate, rest_time),
+            _ => (0.0, 0.0, f64::INFINITY),
+        };
+        let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
         Self {
             blocks: domain.blocks().to_array(),
@@ -111,7 +130,7 @@ impl Params {
             cell_count_limit: input.scales.cell_count_limit,
             mu2: (scale * 2.0 * m.lame_mu()) as f32,
             lambda: (scale * m.lame_lambda()) as f32,
-            yield_norm: (((2.0f64 / 3.0).sqrt() * m.yield_stress / (2.0 * m.lame_mu())) as f32).min(YIELD_NORM_MAX),
+            yield_norm: ((root * m.yield_stress / (2.0 * m.lame_mu())) as f32).min(YIELD_NORM_MAX),
             softening: m.softening as f32,
             softening_length: (m.softening_length_or_default(dx) / dx) as f32,
             velocity_unit: (dx / dt) as f32,
@@ -122,9 +141,18 @@ impl Params {
             starts_frame: u32::from(input.starts_frame),
             softens: u32::from(m.softening > 0.0 && m.yield_stress.is_finite() && !plan.tools.is_empty()),
             node_mass_limit: input.scales.node_mass_limit,
+            hardening: (root * root * m.hardening_modulus / (2.0 * m.lame_mu())) as f32,
+            viscous: (root * m.viscosity * (root / dt).powf(m.flow_index) / (2.0 * m.lame_mu())) as f32,
+            flow_index: m.flow_index as f32,
+            hardening_norm: (root * m.hardening_modulus / (2.0 * m.lame_mu())) as f32,
+            work_loss: loss as f32,
+            work_rate: rate as f32,
+            work_kept: (-dt / rest_time).exp() as f32,
+            averaging: plan.averaging_share(0, AVERAGING_INTERVAL) as f32,
+            averaging_last: plan.averaging_share(last_averaging, input.steps) as f32,
+            // Of an earlier submission it wraps to where no substep is.
+            averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
             spare0: 0,
-            spare1: 0,
-            spare2: 0,
         }
     }
 }

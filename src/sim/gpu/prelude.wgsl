@@ -29,9 +29,17 @@ struct Params {
     starts_frame: u32, // whether this submission is a frame's first
     softens: u32, // whether Eq. 5 is on
     node_mass_limit: f32, // greatest mass of a node that momentum_scale serves
+    hardening: f32, // what flow stress gains per shortening of the Hencky deviator
+    viscous: f32, // what viscosity adds to it: viscous * shortening ^ flow_index
+    flow_index: f32,
+    hardening_norm: f32, // what the yield norm gains per plastic strain
+    work_loss: f32, // share of the yield norm that fully worked clay loses
+    work_rate: f32, // working per plastic strain
+    work_kept: f32, // working that a substep's rest leaves
+    averaging: f32, // share of its difference to its cell's mean that a flowing particle's ln J loses
+    averaging_last: f32, // the same at the frame's last averaging, which stands for fewer substeps
+    averaging_last_at: u32, // the substep of this submission, from 1, that it is in
     spare0: u32,
-    spare1: u32,
-    spare2: u32,
 }
 
 struct ToolCount {

@@ -3,7 +3,7 @@
 use super::super::engine::{EngineError, FramePlan, FrameReport, SurfaceSource};
 use super::super::health::Health;
 use super::super::material::ClayMaterial;
-use super::super::params::{BLOCK, Domain};
+use super::super::params::Domain;
 use super::super::snapshot::{Particle, Snapshot};
 use super::super::sums::{ParticleSums, judge};
 use super::buffers::{self, Buffers, NodeSize};
@@ -15,7 +15,7 @@ use super::plan::{Forecast, Scales, interval};
 use super::readback::{Progress, Readback};
 use super::report::{start_sums, sums};
 use super::stamps::Stamps;
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -23,8 +23,6 @@ use std::time::Instant;
 const REDO_MAX: u32 = 4;
 /// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
 const RETRY_MAX: u32 = 12;
-/// Room for blocks beyond those there are: clay spreads.
-const SLOT_HEADROOM: f64 = 1.3;
 
 /// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is for drawing. Clay that needs more takes
 /// several frames, and the app stays smooth.
@@ -157,31 +155,6 @@ fn mass_unit(domain: &Domain) -> f64 {
     (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
 }
 
-/// Number of blocks that the particles' margins reach, as `mark` has it.
-fn block_count(particles: &[Particle]) -> usize {
-    let mut blocks = HashSet::new();
-    for p in particles {
-        let base = (p.grid() - 0.5).floor().as_ivec3();
-        let block = |node: glam::IVec3| node.div_euclid(glam::IVec3::splat(BLOCK));
-        let (low, high) = (block(base - 1), block(base + 3));
-        for x in low.x..=high.x {
-            for y in low.y..=high.y {
-                blocks.extend((low.z..=high.z).map(|z| (x, y, z)));
-            }
-        }
-    }
-    blocks.len()
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a count of blocks, checked against limits before use"
-)]
-fn slot_capacity(blocks: usize) -> u32 {
-    (SLOT_HEADROOM * blocks as f64).min(f64::from(u32::MAX / 64)) as u32 + 64
-}
-
 impl Solver {
     /// Puts `particles`, finite and inside the domain's room, on the device.
     ///
@@ -199,7 +172,7 @@ impl Solver {
         let has_cuts = particles.iter().any(|p| p.tags[0].side != 0);
         let count = u32::try_from(particles.len()).unwrap_or(u32::MAX);
         let classes = if has_cuts { 3 } else { 1 };
-        let size = NodeSize { slots: slot_capacity(block_count(&particles)), classes, tools: 1 };
+        let size = NodeSize { slots: buffers::slot_capacity(buffers::block_count(&particles)), classes, tools: 1 };
         buffers::check_limits(&device.limits(), count, &domain, size)?;
         let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
         queue.write_buffer(&made.records[0], 0, bytemuck::cast_slice(&particles));
@@ -320,6 +293,8 @@ impl Solver {
             slot_capacity: self.buffers.size.slots,
             mass_unit: self.mass_unit,
             starts_frame: part.starts,
+            steps: part.total,
+            first_step: part.first,
         });
         let kernels = &self.kernels[usize::from(self.buffers.size.classes > 1)];
         let (device, queue, buffers) = (&self.device, &self.queue, &self.buffers);
@@ -459,7 +434,7 @@ impl Solver {
                 frame.scales = frame.scales.relaxed(status.reach_met != 0, 2 * status.cell_count, 1.5 * node_mass, mass_max);
             }
             if has(flag::CAPACITY) {
-                let slots = slot_capacity(status.slot_count as usize);
+                let slots = buffers::slot_capacity(status.slot_count as usize);
                 return self.resize(NodeSize { slots, ..self.buffers.size }).map(|()| None);
             }
             return Ok(None);

@@ -2,7 +2,7 @@
 
 const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed cell
 const VELOCITY: u32 = 1u; // [cells/substep], packed tags
-const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w of the first: mass
+const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w: mass, working, unused
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
 
 @group(0) @binding(2) var<storage, read_write> state: array<vec4f>;

@@ -17,6 +17,7 @@ pub(super) mod part {
     pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
     pub(in super::super) const LAW: &str = include_str!("law.wgsl");
     pub(in super::super) const TOOL: &str = include_str!("tool.wgsl");
+    pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
     pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
 }
 
@@ -184,9 +185,17 @@ mod tests {
                 starts_frame,
                 softens,
                 node_mass_limit,
+                hardening,
+                viscous,
+                flow_index,
+                hardening_norm,
+                work_loss,
+                work_rate,
+                work_kept,
+                averaging,
+                averaging_last,
+                averaging_last_at,
                 spare0,
-                spare1,
-                spare2,
             ]
         );
         twin!(

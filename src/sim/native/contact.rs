@@ -5,6 +5,13 @@ use super::super::tool::{BAND, Blade, CONTACT_OFFSET, Contact, Motion, Pose, Too
 use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
 
+/// One of the two ends of a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Moment {
+    Start,
+    End,
+}
+
 /// One tool during one substep; lengths in cells, times in substeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ToolNow {
@@ -34,6 +41,14 @@ impl ToolNow {
             _ => None,
         };
         Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet(), growth }
+    }
+
+    /// Where the tool is then.
+    pub(super) fn pose(&self, at: Moment) -> Pose {
+        match at {
+            Moment::Start => self.motion.start,
+            Moment::End => self.motion.end,
+        }
     }
 
     /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.

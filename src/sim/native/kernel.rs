@@ -6,7 +6,7 @@
 //!
 //! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not inlined through library code.
 
-use super::law::{self, Law};
+use super::law::{self, Flow, Law};
 use super::simd::{F8, Node, V4};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
 
@@ -33,14 +33,48 @@ impl Tile {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub law: Law,
-    /// Greatest elastic |dev H| of unsoftened clay.
+    /// What resists flow beyond the yield norm.
+    pub flow: Flow,
+    /// Greatest elastic |dev H| of fresh clay away from tools.
     pub yield_norm: f32,
+    /// What the yield norm gains per plastic strain.
+    pub hardening_norm: f32,
+    /// Thixotropy, if the clay has it.
+    pub working: Option<Working>,
     /// One cell per substep [m/s].
     pub velocity_unit: f32,
     /// One per substep [1/s].
     pub rate_unit: f32,
     /// Whether AVX2 and FMA were found.
     pub fma: bool,
+}
+
+/// Thixotropy in one substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Working {
+    /// Share of the yield stress that fully worked clay loses [-].
+    pub loss: f32,
+    /// Working per plastic strain.
+    pub rate: f32,
+    /// What a substep's rest leaves of the working [-].
+    pub kept: f32,
+}
+
+impl Working {
+    /// The working after a substep with `plastic` strain.
+    #[inline(always)]
+    fn after(&self, structure: f32, plastic: f32) -> f32 {
+        (1.0 - (1.0 - structure) * (-self.rate * plastic).exp()) * self.kept
+    }
+}
+
+impl Step {
+    /// The yield norm of a particle: `softened` is that of fresh clay at its place.
+    #[inline(always)]
+    pub(super) fn yield_norm_of(&self, softened: f32, hardening: f32, structure: f32) -> f32 {
+        let left = self.working.map_or(1.0, |w| 1.0 - w.loss * structure);
+        softened * left + self.hardening_norm * hardening
+    }
 }
 
 /// What is particular to a block.
@@ -52,6 +86,8 @@ pub(super) struct Place<'a> {
     pub room: Option<([f32; 3], [f32; 3])>,
     /// The yield norm at a grid coordinate, where clay near a tool is softer.
     pub softening: Option<&'a (dyn Fn([f64; 3]) -> f32 + Sync)>,
+    /// What multiplies the stress at a grid coordinate, under the laws as published.
+    pub stress_factor: Option<&'a (dyn Fn([f64; 3]) -> f32 + Sync)>,
 }
 
 struct Eight {
@@ -60,11 +96,30 @@ struct Eight {
     x: [F8; 3],
     strain: law::Sym8,
     mass: F8,
+    hardening: F8,
+}
+
+impl Eight {
+    /// Grid coordinate [cells] of particle `k` with offset `x`.
+    fn grid(&self, place: &Place<'_>, x: &[F8; 3], k: usize) -> [f64; 3] {
+        let mut at = [0.0; 3];
+        for d in 0..3 {
+            at[d] = f64::from(place.origin[d] + self.cell[k][d]) + f64::from(x[d].0[k]);
+        }
+        at
+    }
 }
 
 #[inline(always)]
 fn load(particles: &[Hot], origin: [i32; 3]) -> Eight {
-    let mut out = Eight { count: particles.len(), cell: [[0; 3]; 8], x: [F8::ZERO; 3], strain: [F8::ZERO; 6], mass: F8::ZERO };
+    let mut out = Eight {
+        count: particles.len(),
+        cell: [[0; 3]; 8],
+        x: [F8::ZERO; 3],
+        strain: [F8::ZERO; 6],
+        mass: F8::ZERO,
+        hardening: F8::ZERO,
+    };
     for k in 0..8 {
         // Idle lanes compute on the first particle and are not stored.
         let p = &particles[if k < particles.len() { k } else { 0 }];
@@ -77,6 +132,7 @@ fn load(particles: &[Hot], origin: [i32; 3]) -> Eight {
             out.strain[i].0[k] = p.strain[i];
         }
         out.mass.0[k] = p.mass;
+        out.hardening.0[k] = p.hardening;
     }
     out
 }
@@ -212,7 +268,7 @@ struct Advanced {
 }
 
 #[inline(always)]
-fn advance(step: &Step, place: &Place<'_>, eight: &Eight, got: &[[Node; 8]; 4]) -> Advanced {
+fn advance(step: &Step, place: &Place<'_>, eight: &Eight, cold: &[Cold], got: &[[Node; 8]; 4]) -> Advanced {
     let mut velocity = [F8::ZERO; 3];
     let mut gradient = [[F8::ZERO; 3]; 3];
     let mut x = eight.x;
@@ -236,15 +292,29 @@ fn advance(step: &Step, place: &Place<'_>, eight: &Eight, got: &[[Node; 8]; 4]) 
     let mut yield_norm = F8::splat(step.yield_norm);
     if let Some(softening) = place.softening {
         for k in 0..eight.count {
-            let mut at = [0.0; 3];
-            for d in 0..3 {
-                at[d] = f64::from(place.origin[d] + eight.cell[k][d]) + f64::from(x[d].0[k]);
-            }
-            yield_norm.0[k] = softening(at);
+            yield_norm.0[k] = softening(eight.grid(place, &x, k));
         }
     }
-    let update = law::update(&step.law, &gradient, &eight.strain, yield_norm);
+    if step.hardening_norm > 0.0 || step.working.is_some() {
+        for k in 0..eight.count {
+            yield_norm.0[k] = step.yield_norm_of(yield_norm.0[k], eight.hardening.0[k], cold[k].structure);
+        }
+    }
+    let mut update = law::update(&step.law, &step.flow, &gradient, &eight.strain, yield_norm);
+    multiply_stress(place, eight, &x, &mut update.stress);
     Advanced { velocity, gradient, x, update }
+}
+
+/// The laws as published: stress times zeta.
+#[inline(always)]
+fn multiply_stress(place: &Place<'_>, eight: &Eight, x: &[F8; 3], stress: &mut law::Sym8) {
+    let Some(factor) = place.stress_factor else { return };
+    for k in 0..eight.count {
+        let factor = factor(eight.grid(place, x, k));
+        for component in &mut *stress {
+            component.0[k] *= factor;
+        }
+    }
 }
 
 #[inline(always)]
@@ -260,7 +330,12 @@ fn affine_minus_stress(gradient: &[[F8; 3]; 3], tau: &law::Sym8) -> [[F8; 3]; 3]
 }
 
 #[inline(always)]
-fn store(particles: &mut [Hot], new: &Advanced) {
+fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced) {
+    if let Some(working) = step.working {
+        for (k, p) in cold.iter_mut().enumerate() {
+            p.structure = working.after(p.structure, new.update.plastic.0[k]);
+        }
+    }
     for (k, p) in particles.iter_mut().enumerate() {
         for d in 0..3 {
             p.offset[d] = new.x[d].0[k];
@@ -273,14 +348,21 @@ fn store(particles: &mut [Hot], new: &Advanced) {
 }
 
 #[inline(always)]
-fn g2p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], velocity: &Tile, out: &mut Tile) -> u32 {
+fn g2p2g_with<const FMA: bool>(
+    step: &Step,
+    place: &Place<'_>,
+    hot: &mut [Hot],
+    cold: &mut [Cold],
+    velocity: &Tile,
+    out: &mut Tile,
+) -> u32 {
     *out = Tile::ZERO;
     let mut clamped = 0;
-    for chunk in hot.chunks_mut(8) {
+    for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
         let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        let new = advance(step, place, &eight, &got);
-        store(chunk, &new);
+        let new = advance(step, place, &eight, cold, &got);
+        store(step, chunk, cold, &new);
         clamped += new.update.clamped;
         let a = affine_minus_stress(&new.gradient, &new.update.stress);
         scatter::<FMA>(&stencil(&eight.cell, &new.x), eight.count, &new.velocity, &a, eight.mass, out);
@@ -294,8 +376,8 @@ fn g2p_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], co
     for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
         let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        let new = advance(step, place, &eight, &got);
-        store(chunk, &new);
+        let new = advance(step, place, &eight, cold, &got);
+        store(step, chunk, cold, &new);
         clamped += new.update.clamped;
         for (k, p) in cold.iter_mut().enumerate() {
             for d in 0..3 {
@@ -325,7 +407,9 @@ fn p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &[Hot], cold: 
                 }
             }
         }
-        let a = affine_minus_stress(&gradient, &law::stress(&step.law, &eight.strain));
+        let mut stress = law::stress(&step.law, &eight.strain);
+        multiply_stress(place, &eight, &eight.x, &mut stress);
+        let a = affine_minus_stress(&gradient, &stress);
         scatter::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, &v, &a, eight.mass, out);
     }
 }
@@ -353,7 +437,7 @@ macro_rules! dispatch {
 }
 dispatch!(
     /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles clamped.
-    g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], velocity: &Tile, out: &mut Tile) -> u32);
+    g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, out: &mut Tile) -> u32);
 dispatch!(
     /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of particles clamped.
     g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);

@@ -24,6 +24,49 @@ pub(super) struct Law {
     pub lambda: f32,
 }
 
+/// What resists plastic flow beyond the yield stress, in norms of the Hencky deviator: shortening it by g takes
+/// `hardening g + viscous g^index` of its excess over the yield norm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flow {
+    /// `(2/3) H / (2 mu)`.
+    pub hardening: f32,
+    /// `sqrt(2/3) eta (sqrt(2/3) / h)^n / (2 mu)`.
+    pub viscous: f32,
+    /// n.
+    pub index: f32,
+}
+
+impl Flow {
+    /// Newton steps for the power law: from the start below the residual is at most the excess itself, and 8 steps bring it to f32 rounding
+    /// for n >= 0.05 (`power_law_flow_is_solved`).
+    const STEPS: usize = 8;
+
+    /// Whether the yield norm is all there is.
+    pub(super) fn is_plain(&self) -> bool {
+        self.hardening == 0.0 && self.viscous == 0.0
+    }
+
+    /// The g that shortens a deviator `excess` too long: root of `(1 + hardening) g + viscous g^index = excess`.
+    #[inline(always)]
+    fn shortening(&self, excess: f32) -> f32 {
+        let linear = 1.0 + self.hardening;
+        if self.viscous == 0.0 {
+            return excess / linear;
+        }
+        if self.index == 1.0 {
+            return excess / (linear + self.viscous);
+        }
+        // In z = g^index the function is convex and rising, so Newton's method falls to the root from above; either term alone is above.
+        let power = 1.0 / self.index;
+        let mut z = (excess / self.viscous).min((excess / linear).powf(self.index));
+        for _ in 0..Self::STEPS {
+            let g = linear * z.powf(power);
+            z -= (g + self.viscous * z - excess) / (power * g / z + self.viscous);
+        }
+        z.powf(power).clamp(0.0, excess)
+    }
+}
+
 /// What the law makes of a trial state.
 pub(super) struct Update {
     /// Scaled Kirchhoff stress.
@@ -143,9 +186,9 @@ fn is_beyond(norm2: f32) -> bool {
     norm2.is_nan() || norm2 > SERIES_MAX * SERIES_MAX
 }
 
-/// Stress and strain after one substep; `yield_norm` is the greatest |dev H|, `sqrt(2/3) sY / (2 mu)`.
+/// Stress and strain after one substep; `yield_norm` is the greatest |dev H| at rest, `sqrt(2/3) sY / (2 mu)`.
 #[inline(always)]
-pub(super) fn update(law: &Law, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
+pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
     let x = trial(l, e);
     let h = hencky(&x);
     let third = (1.0 / 3.0) * (h[0] + h[1] + h[2]);
@@ -159,6 +202,14 @@ pub(super) fn update(law: &Law, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> U
         any |= yields[k];
         ratio.0[k] = (y / size).min(1.0);
         plastic.0[k] = SQRT_2_3 * (size - y).max(0.0);
+    }
+    if any && !flow.is_plain() {
+        for k in (0..8).filter(|k| yields[*k]) {
+            let size = size2.0[k].sqrt();
+            let shortening = flow.shortening(size - yield_norm.0[k]);
+            ratio.0[k] = (size - shortening) / size;
+            plastic.0[k] = SQRT_2_3 * shortening;
+        }
     }
     let returned: Sym8 =
         [d[0] * ratio + third, d[1] * ratio + third, d[2] * ratio + third, d[3] * ratio, d[4] * ratio, d[5] * ratio];
@@ -179,7 +230,7 @@ pub(super) fn update(law: &Law, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> U
         beyond |= is_beyond(strain2.0[k]);
     }
     if beyond {
-        large_strain(law, &x, yield_norm, &mut out);
+        large_strain(law, flow, &x, yield_norm, &mut out);
     }
     out
 }
@@ -191,7 +242,7 @@ pub(super) fn stress(law: &Law, e: &Sym8) -> Sym8 {
     let strain2 = norm2(e);
     for k in 0..8 {
         if is_beyond(strain2.0[k]) {
-            let exact = by_eigenvalues(law, lane(e, k), f32::INFINITY);
+            let exact = by_eigenvalues(law, &ELASTIC, lane(e, k), f32::INFINITY);
             for i in 0..6 {
                 tau[i].0[k] = exact.stress[i];
             }
@@ -208,7 +259,7 @@ pub(super) fn hencky_invariants(e: &Sym8) -> (F8, F8) {
     for k in 0..8 {
         if is_beyond(strain2.0[k]) {
             let unit = Law { mu2: 1.0, lambda: 0.0 };
-            let [a, b, c, d, f, g] = by_eigenvalues(&unit, lane(e, k), f32::INFINITY).stress;
+            let [a, b, c, d, f, g] = by_eigenvalues(&unit, &ELASTIC, lane(e, k), f32::INFINITY).stress;
             trace.0[k] = a + b + c;
             size2.0[k] = a * a + b * b + c * c + 2.0 * (d * d + f * f + g * g);
         }
@@ -219,13 +270,13 @@ pub(super) fn hencky_invariants(e: &Sym8) -> (F8, F8) {
 const SQRT_2_3: f32 = 0.816_496_6;
 
 #[inline(never)]
-fn large_strain(law: &Law, x: &Sym8, yield_norm: F8, out: &mut Update) {
+fn large_strain(law: &Law, flow: &Flow, x: &Sym8, yield_norm: F8, out: &mut Update) {
     let strain2 = norm2(x);
     for k in 0..8 {
         if !is_beyond(strain2.0[k]) {
             continue;
         }
-        let exact = by_eigenvalues(law, lane(x, k), yield_norm.0[k]);
+        let exact = by_eigenvalues(law, flow, lane(x, k), yield_norm.0[k]);
         for i in 0..6 {
             out.stress[i].0[k] = exact.stress[i];
             out.elastic_strain[i].0[k] = exact.elastic_strain[i];
@@ -234,6 +285,9 @@ fn large_strain(law: &Law, x: &Sym8, yield_norm: F8, out: &mut Update) {
         out.clamped += u32::from(exact.clamped);
     }
 }
+
+/// No flow but the yield norm's.
+const ELASTIC: Flow = Flow { hardening: 0.0, viscous: 0.0, index: 1.0 };
 
 struct Exact {
     stress: [f32; 6],
@@ -244,7 +298,7 @@ struct Exact {
 
 /// The law of one particle by the eigenvalues of `x = b_trial - I`, in f64.
 #[expect(clippy::cast_possible_truncation, reason = "state is f32")]
-fn by_eigenvalues(law: &Law, x: [f32; 6], yield_norm: f32) -> Exact {
+fn by_eigenvalues(law: &Law, flow: &Flow, x: [f32; 6], yield_norm: f32) -> Exact {
     let (mu2, lambda, y) = (f64::from(law.mu2), f64::from(law.lambda), f64::from(yield_norm));
     let (w, q) = eigen(x.map(f64::from));
     let stretch2 = w.map(|w| (1.0 + w).clamp(STRETCH.0 * STRETCH.0, STRETCH.1 * STRETCH.1));
@@ -254,13 +308,18 @@ fn by_eigenvalues(law: &Law, x: [f32; 6], yield_norm: f32) -> Exact {
     let trace = a + b + c;
     let d = h.map(|h| h - trace / 3.0);
     let size = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-    let ratio = if size > y { y / size } else { 1.0 };
+    let shortening = match size > y {
+        false => 0.0,
+        true if flow.is_plain() => size - y,
+        true => f64::from(flow.shortening((size - y) as f32)),
+    };
+    let ratio = if shortening > 0.0 { 1.0 - shortening / size } else { 1.0 };
     let returned = d.map(|d| d * ratio + trace / 3.0);
     let back = |v: [f64; 3]| compose(&q, v).map(|v| v as f32);
     Exact {
         stress: back(returned.map(|h| mu2 * h + lambda * trace)),
         elastic_strain: back(returned.map(|h| (2.0 * h).exp_m1())),
-        plastic: SQRT_2_3 * (size - y).max(0.0) as f32,
+        plastic: SQRT_2_3 * shortening as f32,
         clamped,
     }
 }
@@ -310,7 +369,26 @@ mod tests {
         x.map(F8::splat)
     }
 
+    /// Flows of every kind: none, hardening, linear and power-law viscosity.
+    fn flows() -> impl Strategy<Value = Flow> {
+        let some = |most: f32| prop_oneof![Just(0.0), (1e-5f32.ln()..most.ln()).prop_map(f32::exp)];
+        (some(2.0), some(100.0), prop_oneof![Just(1.0), 0.05f32..1.0]).prop_map(|(hardening, viscous, index)| Flow {
+            hardening,
+            viscous,
+            index,
+        })
+    }
+
     proptest! {
+        /// The shortening solves its equation: what is left over is rounding of the excess.
+        #[test]
+        fn power_law_flow_is_solved(flow in flows(), excess in (-18f32..0.0).prop_map(f32::exp)) {
+            let g = f64::from(flow.shortening(excess));
+            let taken = (1.0 + f64::from(flow.hardening)) * g + f64::from(flow.viscous) * g.powf(f64::from(flow.index));
+            // Below the range of f32 there is no flow.
+            prop_assert!(g < 1e-30 || (taken / f64::from(excess) - 1.0).abs() < 3e-6, "{flow:?} {excess:e}: {g:e}, {taken:e}");
+        }
+
         /// Eigenvectors are orthonormal and rebuild the matrix, repeated and zero eigenvalues included.
         #[test]
         fn eigen_rebuilds_matrix(x in prop::array::uniform6(prop_oneof![3 => -1.0..1.0, 1 => Just(0.0), 1 => Just(0.5)])) {
@@ -328,12 +406,12 @@ mod tests {
 
         /// Up to the switch-over, series and eigenvalues agree to f32 rounding, yielding or not; J is kept by the return.
         #[test]
-        fn series_agree_with_eigenvalues(x in prop::array::uniform6(-1.0f32..1.0), size in 0.0f32..0.2499, y in 0.001f32..0.2) {
+        fn series_agree_with_eigenvalues(x in prop::array::uniform6(-1.0f32..1.0), size in 0.0f32..0.2499, y in 0.001f32..0.2, flow in flows()) {
             let norm = norm2(&spread(x)).0[0].sqrt().max(1e-3);
             let x = x.map(|v| v * size / norm);
             let zero = [[F8::ZERO; 3]; 3];
-            let fast = update(&LAW, &zero, &spread(x), F8::splat(y));
-            let exact = by_eigenvalues(&LAW, x, y);
+            let fast = update(&LAW, &flow, &zero, &spread(x), F8::splat(y));
+            let exact = by_eigenvalues(&LAW, &flow, x, y);
             for i in 0..6 {
                 prop_assert!((fast.stress[i].0[0] - exact.stress[i]).abs() < 1e-7 * 0.1);
                 prop_assert!((fast.elastic_strain[i].0[0] - exact.elastic_strain[i]).abs() < 1e-7);
@@ -347,9 +425,9 @@ mod tests {
     /// A particle crushed flat is clamped, counted and finite; NaN stays visible.
     #[test]
     fn extreme_strain_is_clamped_and_nan_survives() {
-        let exact = by_eigenvalues(&LAW, [-1.0, -1.5, 900.0, 0.0, 0.0, 0.0], 1.0);
+        let exact = by_eigenvalues(&LAW, &ELASTIC, [-1.0, -1.5, 900.0, 0.0, 0.0, 0.0], 1.0);
         assert!(exact.clamped && exact.elastic_strain.iter().all(|v| v.is_finite()));
-        let nan = update(&LAW, &[[F8::ZERO; 3]; 3], &spread([f32::NAN; 6]), F8::splat(1.0));
+        let nan = update(&LAW, &ELASTIC, &[[F8::ZERO; 3]; 3], &spread([f32::NAN; 6]), F8::splat(1.0));
         assert!(nan.elastic_strain[0].0[0].is_nan() && nan.clamped == 0);
     }
 }

@@ -6,11 +6,13 @@
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
+//! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
 //! | `grid`     | node sums and update; `special` where walls, tools and cuts meet            |
 //! | `contact`  | tools in cells and substeps                                                 |
 //! | `stats`    | sums for the report                                                         |
 
+mod averaging;
 mod contact;
 mod grid;
 mod kernel;

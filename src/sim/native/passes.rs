@@ -2,21 +2,21 @@
 
 use super::super::material::ClayMaterial;
 use super::super::params::{BLOCK, Domain};
-use super::contact::ToolNow;
+use super::contact::{Moment, ToolNow};
 use super::grid::{Grid, Tiles, local};
 use super::kernel::{self, Place, Step, Tile};
-use super::state::{Class, Cold, Hot, NEIGHBOURS, Run, State, Table, split};
+use super::state::{Class, Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
 use super::tags::{self, TagReport};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-/// One block's particles and tiles, for one task.
-struct Work<'a> {
+/// One block's particles, for one task.
+pub(super) struct Work<'a> {
     index: usize,
-    block: IVec3,
-    hot: &'a mut [Hot],
-    cold: &'a mut [Cold],
-    run: &'a mut Run,
+    pub block: IVec3,
+    pub hot: &'a mut [Hot],
+    pub cold: &'a mut [Cold],
+    pub run: &'a mut Run,
 }
 
 /// What the particle passes need of a substep.
@@ -29,23 +29,36 @@ pub(super) struct ParticleStep<'a> {
 }
 
 impl ParticleStep<'_> {
-    /// The yield norm of Eq. 5 at a grid coordinate, from the nearest tool.
-    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
-    fn softened(&self, x: [f64; 3]) -> f32 {
+    /// Distance [m] from a grid coordinate to the nearest tool.
+    fn tool_distance(&self, x: [f64; 3], at: Moment) -> f64 {
         let x = DVec3::from_array(x);
-        let distance = self.tools.iter().map(|t| t.shape.distance(t.motion.end.to_local(x)).abs()).fold(f64::INFINITY, f64::min);
+        let distance = |t: &ToolNow| t.shape.distance(t.pose(at).to_local(x)).abs();
+        self.tools.iter().map(distance).fold(f64::INFINITY, f64::min) * self.domain.cell_width
+    }
+
+    /// The yield norm of fresh clay at a grid coordinate: Eq. 5 with the nearest tool.
+    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+    fn softened(&self, x: [f64; 3], at: Moment) -> f32 {
         let dx = self.domain.cell_width;
-        let ratio = self.material.yield_stress_at(distance * dx, dx) / self.material.yield_stress;
+        let ratio = self.material.yield_stress_at(self.tool_distance(x, at), dx) / self.material.yield_stress;
         (f64::from(self.step.yield_norm) * ratio) as f32
     }
 
     /// Whether a tool softens clay in the block: beyond 12 softening lengths zeta is below 1e-5.
-    fn softens(&self, block: IVec3) -> bool {
+    pub(super) fn softens(&self, block: IVec3) -> bool {
         let centre = (block * BLOCK).as_dvec3() + f64::from(BLOCK) / 2.0;
         let reach = 12.0 * self.material.softening_length_or_default(self.domain.cell_width) / self.domain.cell_width + 3.0 + 5.0;
         self.material.softening > 0.0
-            && self.material.yield_stress.is_finite()
+            && self.step.yield_norm.is_finite()
             && self.tools.iter().any(|t| t.shape.distance(t.motion.end.to_local(centre)) < reach)
+    }
+
+    /// The yield norm of a particle now.
+    pub(super) fn yield_norm(&self, hot: &Hot, cold: &Cold, is_softened: bool, at: Moment) -> f32 {
+        let cell = unpack_cell(hot.cell);
+        let x = std::array::from_fn(|d| f64::from(cell[d]) + f64::from(hot.offset[d]));
+        let fresh = if is_softened { self.softened(x, at) } else { self.step.yield_norm };
+        self.step.yield_norm_of(fresh, hot.hardening, cold.structure)
     }
 
     fn room(&self, block: IVec3) -> Option<([f32; 3], [f32; 3])> {
@@ -55,16 +68,22 @@ impl ParticleStep<'_> {
         is_at_wall.then(|| (relative(low), relative(high)))
     }
 
-    /// Calls `kernel` with the block's place.
-    fn at<R>(&self, block: IVec3, kernel: impl FnOnce(&Place<'_>) -> R) -> R {
-        let softened = |x| self.softened(x);
-        let softening: Option<&(dyn Fn([f64; 3]) -> f32 + Sync)> = if self.softens(block) { Some(&softened) } else { None };
-        kernel(&Place { origin: (block * BLOCK).to_array(), room: self.room(block), softening })
+    /// Calls `kernel` with the block's place; the tools stand as they do at `at`.
+    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+    fn at<R>(&self, block: IVec3, at: Moment, kernel: impl FnOnce(&Place<'_>) -> R) -> R {
+        let softened = |x| self.softened(x, at);
+        let factor = |x| self.material.stress_factor_at(self.tool_distance(x, at), self.domain.cell_width) as f32;
+        kernel(&Place {
+            origin: (block * BLOCK).to_array(),
+            room: self.room(block),
+            softening: if self.softens(block) { Some(&softened) } else { None },
+            stress_factor: if self.material.law.is_as_published() { Some(&factor) } else { None },
+        })
     }
 }
 
 /// Divides the state into one task a block.
-fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold], runs: &'a mut [Run]) -> Vec<Work<'a>> {
+pub(super) fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold], runs: &'a mut [Run]) -> Vec<Work<'a>> {
     let lengths: Vec<usize> = runs.iter().map(Run::len).collect();
     let parts = split(hot, &lengths).into_iter().zip(split(cold, &lengths)).zip(runs);
     parts.enumerate().map(|(index, ((hot, cold), run))| Work { index, block: blocks[index], hot, cold, run }).collect()
@@ -120,7 +139,7 @@ pub(super) fn gather(
             for ((class, hot), cold) in CLASSES.into_iter().zip(hot).zip(cold) {
                 if !hot.is_empty() {
                     let velocity = arena(grid, &table, w.block, class);
-                    clamped += s.at(w.block, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
+                    clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
             (clamped, tag.map(|tools| tag_block(tools, s, w.hot, w.cold, w.run)))
@@ -144,13 +163,15 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
     tasks.into_par_iter().map(|w| tag_block(s.tools, s, w.hot, w.cold, w.run)).collect()
 }
 
-/// Scatters every block: those for which `is_gathered` from their stored velocities, the others fused with their gather.
+/// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant `stored_at`, the others fused with
+/// their gather.
 /// Returns particles clamped.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
     state: &mut State,
     grid: &Grid,
     tiles: &mut Tiles,
+    stored_at: Moment,
     is_gathered: &(dyn Fn(usize) -> bool + Sync),
 ) -> u64 {
     make_room(state, tiles);
@@ -177,10 +198,10 @@ pub(super) fn scatter(
                 if hot.is_empty() {
                     *tile = Tile::ZERO;
                 } else if is_gathered {
-                    s.at(w.block, |place| kernel::p2g(&s.step, place, hot, cold, tile));
+                    s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, tile));
                 } else {
                     let velocity = arena(grid, &table, w.block, class);
-                    clamped += s.at(w.block, |place| kernel::g2p2g(&s.step, place, hot, &velocity, tile));
+                    clamped += s.at(w.block, Moment::End, |place| kernel::g2p2g(&s.step, place, hot, cold, &velocity, tile));
                 }
             }
             clamped

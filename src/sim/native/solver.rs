@@ -2,14 +2,15 @@
 
 use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
-use super::super::material::ClayMaterial;
+use super::super::material::{ClayLaw, ClayMaterial};
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
-use super::contact::ToolNow;
+use super::averaging;
+use super::contact::{Moment, ToolNow};
 use super::grid::{Grid, GridReport, GridStep, Tiles};
-use super::kernel::{self, Step};
-use super::law::Law;
+use super::kernel::{self, Step, Working};
+use super::law::{Flow, Law};
 use super::passes::{self, ParticleStep};
 use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
@@ -149,7 +150,8 @@ impl Solver {
         };
         let step = self.step(plan, dt);
         let mut tools = tools_at(0);
-        self.begin(&ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools }, &mut tally);
+        let share = |s: u32| plan.averaging_share(s, steps);
+        self.begin(&ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools }, share(0), &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
             if stop.load(Ordering::Relaxed) {
@@ -164,7 +166,7 @@ impl Solver {
             let particles = ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools };
             if s + 1 < steps {
                 let next = tools_at(s + 1);
-                self.advance(&particles, &next, speed, &mut tally);
+                self.advance(&particles, &next, share(s + 1), speed, &mut tally);
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
@@ -173,15 +175,19 @@ impl Solver {
         Ok(tally)
     }
 
-    /// First half of a frame's first substep: tags and scatter from the stored velocities.
-    fn begin(&mut self, s: &ParticleStep<'_>, tally: &mut Tally) {
+    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags and scatter.
+    fn begin(&mut self, s: &ParticleStep<'_>, share: f64, tally: &mut Tally) {
+        if share > 0.0 {
+            self.sort(tally);
+            averaging::average_volumes(s, &mut self.state, share);
+        }
         let near = self.near_blades(s.tools);
         let moved = tally.add_tags(&passes::tag(s, &mut self.state, &|i| near[i]));
         self.travel += moved;
         if self.travel > MARGIN {
             self.sort(tally);
         }
-        passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|_| true);
+        passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::Start, &|_| true);
     }
 
     /// Node sums and update; sorts the particles first if the speed found would carry one off its tile.
@@ -204,11 +210,18 @@ impl Solver {
         Ok(report)
     }
 
-    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles take sides in between.
-    fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], speed: f32, tally: &mut Tally) {
+    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles take sides in between. Not
+    /// fused at all where volumes are averaged in between, by `share`.
+    fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], share: f64, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
-        let near = self.near_blades(next);
         self.travel += speed;
+        if share > 0.0 {
+            tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
+            self.begin(&ParticleStep { tools: next, ..*s }, share, tally);
+            tally.timings.particles += began.elapsed().as_secs_f64();
+            return;
+        }
+        let near = self.near_blades(next);
         if near.iter().any(|n| *n) {
             let (clamped, tags) = passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next));
             tally.clamped += clamped;
@@ -218,9 +231,9 @@ impl Solver {
             // A particle was put back further than its tile reaches.
             tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None).0;
             self.sort(tally);
-            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|_| true);
+            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|_| true);
         } else {
-            tally.clamped += passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &|i| near[i]);
+            tally.clamped += passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|i| near[i]);
         }
         tally.timings.particles += began.elapsed().as_secs_f64();
     }
@@ -258,9 +271,23 @@ impl Solver {
     fn step(&self, plan: &FramePlan, dt: f64) -> Step {
         let (m, dx) = (&plan.material, self.domain.cell_width);
         let scale = 4.0 * dt * dt / (plan.inertial_density() * dx * dx);
+        let (mu2, root) = (2.0 * m.lame_mu(), (2.0f64 / 3.0).sqrt());
+        let working = match m.law {
+            ClayLaw::Worked { loss, rate, rest_time } => {
+                Some(Working { loss: loss as f32, rate: rate as f32, kept: (-dt / rest_time).exp() as f32 })
+            }
+            _ => None,
+        };
         Step {
-            law: Law { mu2: (scale * 2.0 * m.lame_mu()) as f32, lambda: (scale * m.lame_lambda()) as f32 },
-            yield_norm: ((2.0f64 / 3.0).sqrt() * m.yield_stress / (2.0 * m.lame_mu())) as f32,
+            law: Law { mu2: (scale * mu2) as f32, lambda: (scale * m.lame_lambda()) as f32 },
+            flow: Flow {
+                hardening: (root * root * m.hardening_modulus / mu2) as f32,
+                viscous: (root * m.viscosity * (root / dt).powf(m.flow_index) / mu2) as f32,
+                index: m.flow_index as f32,
+            },
+            yield_norm: if m.law.is_as_published() { f32::INFINITY } else { (root * m.yield_stress / mu2) as f32 },
+            hardening_norm: (root * m.hardening_modulus / mu2) as f32,
+            working,
             velocity_unit: (dx / dt) as f32,
             rate_unit: (1.0 / dt) as f32,
             fma: self.fma,

@@ -9,7 +9,7 @@ use super::super::engine::{FrameReport, ToolReport};
 use super::super::snapshot::Side;
 use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid};
-use super::tools::{MovingTool, Surroundings};
+use super::tools::{Moment, MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
 
 /// Bounds the sides by the blade in its band; lets the sides of a kept cut press on each other elsewhere.
@@ -96,7 +96,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
         }
         for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
             let world = around.domain.to_world(coordinate.as_dvec3());
-            if !node.is_ghost && tool.distance(world) < CONTACT_OFFSET * around.domain.cell_width {
+            if !node.is_ghost && tool.distance(world, Moment::End) < CONTACT_OFFSET * around.domain.cell_width {
                 for field in &mut node.fields {
                     touch(field, tool, world, tool.normal(world), felt);
                 }

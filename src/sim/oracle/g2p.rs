@@ -5,7 +5,7 @@
 use super::super::engine::FrameReport;
 use super::grid::Grid;
 use super::stencil::stencil;
-use super::tools::Surroundings;
+use super::tools::{Moment, Surroundings};
 use super::{Particle, law};
 use glam::{DMat3, DVec3};
 
@@ -17,10 +17,12 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
         (particle.velocity, particle.affine) = velocity_and_affine(particle, grid, cell_width);
         particle.position = around.in_room(particle.position + particle.velocity * (dt / cell_width));
 
-        let yield_stress = around.plan.material.yield_stress_at(around.tool_distance(particle.position), cell_width);
-        let update = law::advance(&around.plan.material, yield_stress, particle.elastic_strain, particle.affine * dt);
+        let material = &around.plan.material;
+        let yield_stress = around.yield_stress(particle, Moment::End);
+        let update = law::advance(material, yield_stress, dt, particle.elastic_strain, particle.affine * dt);
         particle.elastic_strain = update.elastic_strain;
         particle.hardening += update.plastic_strain;
+        particle.structure = law::work(material, particle.structure, update.plastic_strain, dt);
         frame.clamped += u64::from(update.is_clamped);
     }
 }

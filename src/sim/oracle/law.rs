@@ -6,11 +6,14 @@
 //!
 //! Logarithm and exponential are taken of the eigenvalues of `E` itself, by `ln_1p` and `exp_m1`: strains of 1e-12 keep all digits.
 
-use super::super::material::ClayMaterial;
+use super::super::material::{ClayLaw, ClayMaterial};
 use glam::{DMat3, DVec3};
 
 /// Least and greatest elastic stretch [-]; beyond, the strain is clamped and counted.
 pub const STRETCH_RANGE: (f64, f64) = (0.05, 20.0);
+
+/// sqrt(2/3): |deviator| over equivalent stress.
+const SQRT_2_3: f64 = 0.816_496_580_927_726;
 
 /// A symmetric matrix by its eigenvalues and, as columns, its unit eigenvectors.
 #[derive(Clone, Copy, Debug)]
@@ -93,9 +96,9 @@ pub struct Advanced {
     pub is_clamped: bool,
 }
 
-/// Strains the clay by the displacement gradient `increment = h C` [-] and returns it to `yield_stress` [Pa]:
-/// `b = (I + h C)(I + E)(I + h C)^T`; where the Hencky deviator `d` exceeds `y = sqrt(2/3) sY / (2 mu)`, `d *= y / |d|`.
-pub fn advance(material: &ClayMaterial, yield_stress: f64, elastic_strain: DMat3, increment: DMat3) -> Advanced {
+/// Strains the clay by the displacement gradient `increment = h C` [-] in `dt` [s] and returns it to the flow stress of `yield_stress` [Pa]
+/// (present: softened and hardened): `b = (I + h C)(I + E)(I + h C)^T`; where the Hencky deviator `d` exceeds `y = sqrt(2/3) sY / (2 mu)`, it is shortened by [`flow`].
+pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_strain: DMat3, increment: DMat3) -> Advanced {
     // b - I expanded, so that the identity never swallows a small strain.
     let half = increment + increment * elastic_strain;
     let trial = elastic_strain + half + half.transpose() + increment * (DMat3::IDENTITY + elastic_strain) * increment.transpose();
@@ -109,17 +112,67 @@ pub fn advance(material: &ClayMaterial, yield_stress: f64, elastic_strain: DMat3
     let mean = h.element_sum() / 3.0;
     let deviator = h - mean;
     let norm = deviator.length();
-    let limit = (2.0f64 / 3.0).sqrt() * yield_stress / (2.0 * material.lame_mu());
+    let limit = SQRT_2_3 * yield_stress / (2.0 * material.lame_mu());
     if norm <= limit {
         let elastic_strain = if is_clamped { spectrum.with(strain) } else { trial };
         return Advanced { elastic_strain, plastic_strain: 0.0, is_clamped };
     }
-    let returned = mean + deviator * (limit / norm);
+    let shortened = flow(material, norm - limit, dt);
+    let returned = mean + deviator * ((norm - shortened) / norm);
     Advanced {
         elastic_strain: spectrum.with(returned.map(|h| (2.0 * h).exp_m1())),
-        plastic_strain: (2.0f64 / 3.0).sqrt() * (norm - limit),
+        plastic_strain: SQRT_2_3 * shortened,
         is_clamped,
     }
+}
+
+/// By how much flow shortens a Hencky deviator that is `excess` [-] too long, in `dt` [s]: the g of
+/// `2 mu (excess - g) = sqrt(2/3) (H a + eta (a / dt)^n)` with the plastic strain `a = sqrt(2/3) g`, by bisection.
+pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {
+    let resistance = |g: f64| {
+        let plastic = SQRT_2_3 * g;
+        let viscous = if material.viscosity > 0.0 { material.viscosity * (plastic / dt).powf(material.flow_index) } else { 0.0 };
+        SQRT_2_3 * (material.hardening_modulus * plastic + viscous) / (2.0 * material.lame_mu())
+    };
+    let (mut low, mut high) = (0.0, excess);
+    if resistance(high) == 0.0 {
+        return excess;
+    }
+    // As often as halving changes an f64.
+    while {
+        let middle = 0.5 * (low + high);
+        if middle + resistance(middle) > excess {
+            high = middle;
+        } else {
+            low = middle;
+        }
+        high - low > 1e-15 * excess
+    } {}
+    0.5 * (low + high)
+}
+
+/// The working D [-] of thixotropic clay after a substep of `dt` [s] with `plastic_strain` [-]: exact for a constant rate in turn with rest,
+/// `1 - D *= exp(-rate a)`, then `D *= exp(-dt / rest_time)`.
+pub fn work(material: &ClayMaterial, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
+    match material.law {
+        ClayLaw::Worked { rate, rest_time, .. } => {
+            (1.0 - (1.0 - structure) * (-rate * plastic_strain).exp()) * (-dt / rest_time).exp()
+        }
+        _ => structure,
+    }
+}
+
+/// Norm of the Hencky deviator [-] and `ln J` of an elastic strain.
+pub fn invariants(elastic_strain: DMat3) -> (f64, f64) {
+    let h = hencky(Spectrum::of(elastic_strain).values);
+    let trace = h.element_sum();
+    ((h - trace / 3.0).length(), trace)
+}
+
+/// The elastic strain with `ln J` changed by `change`, its deviator kept: `b *= exp(2 change / 3)`.
+pub fn dilated(elastic_strain: DMat3, change: f64) -> DMat3 {
+    let grown = (2.0 * change / 3.0).exp_m1();
+    elastic_strain + (elastic_strain + DMat3::IDENTITY) * grown
 }
 
 #[cfg(test)]
@@ -136,7 +189,7 @@ mod tests {
         let mut strain = DMat3::ZERO;
         let mut path = Vec::new();
         for step in 1..=steps {
-            strain = advance(material, material.yield_stress, strain, increment).elastic_strain;
+            strain = advance(material, material.yield_stress, 1.0, strain, increment).elastic_strain;
             path.push((gamma * f64::from(step) / f64::from(steps), kirchhoff_stress(material, strain)));
         }
         path
@@ -193,7 +246,7 @@ mod tests {
         for i in 1..=60 {
             let advanced = |lateral: f64| {
                 let increment = DVec3::new(step.exp_m1(), lateral.exp_m1(), lateral.exp_m1());
-                advance(&material, material.yield_stress, strain, DMat3::from_diagonal(increment))
+                advance(&material, material.yield_stress, 1.0, strain, DMat3::from_diagonal(increment))
             };
             // The lateral stress grows with the lateral strain: bisect for none.
             let (mut low, mut high) = (-step, 0.0);
@@ -228,10 +281,10 @@ mod tests {
     fn return_keeps_volume_and_clamp_is_counted() {
         let material = material(3e4);
         let increment = DMat3::from_cols(DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.3, -0.1, 0.05), DVec3::new(0.0, 0.2, 0.1));
-        let update = advance(&material, material.yield_stress, DMat3::ZERO, increment);
+        let update = advance(&material, material.yield_stress, 1.0, DMat3::ZERO, increment);
         let volume = (DMat3::IDENTITY + increment).determinant();
         assert!(update.plastic_strain > 0.0 && (volume_ratio(update.elastic_strain) - volume).abs() < 1e-12);
-        let clamped = advance(&material, f64::INFINITY, DMat3::ZERO, DMat3::from_diagonal(DVec3::new(29.0, 0.0, -0.99)));
+        let clamped = advance(&material, f64::INFINITY, 1.0, DMat3::ZERO, DMat3::from_diagonal(DVec3::new(29.0, 0.0, -0.99)));
         assert!(clamped.is_clamped, "{clamped:?}");
         assert!((volume_ratio(clamped.elastic_strain) - 20.0 * 0.05).abs() < 1e-12, "{clamped:?}");
     }

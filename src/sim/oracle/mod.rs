@@ -4,6 +4,7 @@
 //!
 //! | file        | does                                                                     | equation                             |
 //! |-------------|--------------------------------------------------------------------------|--------------------------------------|
+//! | `averaging` | flowing particles share their cell's volume ratio                        | -                                    |
 //! | `tags`      | particles take and keep their side of a blade                            | Eq. 1, swept                         |
 //! | `p2g`       | particles to nodes                                                       | Eq. 2-4, MLS-MPM, APIC               |
 //! | `sides`     | which nodes are two-sided                                                | Eq. 2-3, compatibility               |
@@ -16,6 +17,7 @@
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
 //! paper named in [`sim`](super). Lengths are in cells, all else in SI units.
 
+mod averaging;
 mod contact;
 mod g2p;
 mod grid;
@@ -72,7 +74,7 @@ impl Oracle {
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
         let mut frame = report::begin(&self.particles, plan);
         for step in 0..plan.steps {
-            substep::substep(&mut self.particles, &self.domain, plan, f64::from(step) * plan.dt, &mut frame);
+            substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
         }
         self.time += plan.duration();
         self.material = plan.material;
@@ -89,7 +91,7 @@ impl Oracle {
     #[doc(hidden)]
     pub fn trace(&mut self, plan: &FramePlan) -> Vec<TracedNode> {
         let mut frame = report::begin(&self.particles, plan);
-        let grid = substep::substep(&mut self.particles, &self.domain, plan, 0.0, &mut frame);
+        let grid = substep::substep(&mut self.particles, &self.domain, plan, 0, &mut frame);
         let classes = |(node, at): (IVec3, &grid::Node)| {
             let traced = |side: Side| {
                 let (class, velocity) = (grid::class(side), at.field(side).velocity);

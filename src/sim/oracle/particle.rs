@@ -16,7 +16,7 @@ pub struct Particle {
     pub elastic_strain: DMat3,
     /// Accumulated plastic strain [-].
     pub hardening: f64,
-    /// Structure parameter of thixotropic clay [-]; no pass changes it.
+    /// Working D of thixotropic clay [-]; 0 is fresh.
     pub structure: f64,
     /// Rest volume [m^3].
     pub rest_volume: f64,

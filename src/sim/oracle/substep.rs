@@ -8,19 +8,14 @@ use super::super::engine::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
 use super::tools::Surroundings;
-use super::{Particle, contact, g2p, p2g, report, sides, tags, walls};
+use super::{Particle, averaging, contact, g2p, p2g, report, sides, tags, walls};
 
-/// Moves `particles` over the substep of `plan.dt` [s] that starts at `start` [s] of the frame, and adds to `frame` what happened.
+/// Moves `particles` over substep `step` of the frame, of `plan.dt` [s], and adds to `frame` what happened.
 /// Returns the nodes.
-pub(super) fn substep(
-    particles: &mut [Particle],
-    domain: &Domain,
-    plan: &FramePlan,
-    start: f64,
-    frame: &mut FrameReport,
-) -> Grid {
-    let around = Surroundings::new(domain, plan, start);
+pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, step: u32, frame: &mut FrameReport) -> Grid {
+    let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
 
+    averaging::average_volumes(particles, &around, step);
     tags::take_sides(particles, &around, frame);
 
     let mut grid = p2g::scatter(particles, &around);

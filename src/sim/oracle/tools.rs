@@ -4,7 +4,15 @@ use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
 use super::super::validation::Manufactured;
+use super::Particle;
 use glam::{DVec3, IVec3};
+
+/// One of the two ends of a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Moment {
+    Start,
+    End,
+}
 
 /// A tool in motion over the substep. Lengths are in metres here, as in the plan.
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +30,13 @@ pub(super) struct MovingTool<'a> {
 }
 
 impl MovingTool<'_> {
-    /// Distance [m] from `world` [m] at the substep's end: signed for a solid tool, unsigned for a blade.
-    pub(super) fn distance(&self, world: DVec3) -> f64 {
-        self.shape.distance(self.motion.end.to_local(world))
+    /// Distance [m] from `world` [m]: signed for a solid tool, unsigned for a blade.
+    pub(super) fn distance(&self, world: DVec3, at: Moment) -> f64 {
+        let pose = match at {
+            Moment::Start => self.motion.start,
+            Moment::End => self.motion.end,
+        };
+        self.shape.distance(pose.to_local(world))
     }
 
     /// Outward normal at `world` [m] at the substep's end.
@@ -83,10 +95,22 @@ impl<'a> Surroundings<'a> {
         (-self.plan.validation.damping * self.plan.dt).exp()
     }
 
-    /// Distance [m] from `position` [cells] to the nearest tool's surface; infinite without tools.
-    pub(super) fn tool_distance(&self, position: DVec3) -> f64 {
+    /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite without tools.
+    fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);
-        self.tools.iter().map(|tool| tool.distance(world).abs()).fold(f64::INFINITY, f64::min)
+        self.tools.iter().map(|tool| tool.distance(world, at).abs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The particle's present yield stress [Pa]: softened by the tools as they stand then and by work, hardened.
+    pub(super) fn yield_stress(&self, particle: &Particle, at: Moment) -> f64 {
+        let material = &self.plan.material;
+        let fresh = material.yield_stress_at(self.tool_distance(particle.position, at), self.domain.cell_width);
+        fresh * material.worked_factor(particle.structure) + material.hardening_modulus * particle.hardening
+    }
+
+    /// What multiplies the particle's stress [-], with the tools at the substep's start.
+    pub(super) fn stress_factor(&self, particle: &Particle) -> f64 {
+        self.plan.material.stress_factor_at(self.tool_distance(particle.position, Moment::Start), self.domain.cell_width)
     }
 
     /// `position` [cells], or the nearest point of the room where that is outside.

@@ -2,18 +2,6 @@
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
 
-// Greatest |dev H| at a particle: Eq. 5 with the distance to the nearest tool.
-fn yield_norm_at(cell: vec3i, offset: vec3f) -> f32 {
-    if params.softens == 0u { return params.yield_norm; }
-    var nearest = 1e30;
-    for (var t = 0u; t < params.tool_count; t++) {
-        let tool = tool_now(t);
-        nearest = min(nearest, abs(distance_to(tool, local_end(tool, cell, offset))));
-    }
-    let beyond = max(nearest - 3.0, 0.0) / params.softening_length;
-    return params.yield_norm * (1.0 - params.softening * (1.0 + expm1(-min(beyond, 80.0))));
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn g2p(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
@@ -45,7 +33,8 @@ fn g2p(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     let x = clamp(position.xyz + v, vec3f(params.wall_low - cell), vec3f(params.wall_high - cell));
     let a = state[at(STRAIN, i)];
     let b = state[at(STRAIN + 1u, i)];
-    let u = update(c, Sym(a.xyz, vec3f(a.w, b.xy)), yield_norm_at(cell, x));
+    let worked = state[at(AFFINE + 1u, i)].w;
+    let u = update(c, Sym(a.xyz, vec3f(a.w, b.xy)), yield_norm_at(cell, x, false, b.z, worked));
     if u.clamped { atomicAdd(&status.clamped, 1u); }
     if !is_finite(norm2(u.strain) + dot(v, v)) { halt(NON_FINITE); return; }
     let whole = floor(x);
@@ -53,7 +42,7 @@ fn g2p(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     state[at(POSITION, i)] = vec4f(x - whole, bitcast<f32>(pack_cell(cell + vec3i(whole))));
     state[at(VELOCITY, i)] = vec4f(v, tags);
     state[at(AFFINE, i)] = vec4f(c[0] - vec3f(tau.d.x, tau.o.x, tau.o.y), state[at(AFFINE, i)].w);
-    state[at(AFFINE + 1u, i)] = vec4f(c[1] - vec3f(tau.o.x, tau.d.y, tau.o.z), 0.0);
+    state[at(AFFINE + 1u, i)] = vec4f(c[1] - vec3f(tau.o.x, tau.d.y, tau.o.z), (worked + (1.0 - worked) * -expm1(-min(params.work_rate * u.plastic, 80.0))) * params.work_kept);
     state[at(AFFINE + 2u, i)] = vec4f(c[2] - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
     state[at(STRAIN, i)] = vec4f(u.strain.d, u.strain.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(u.strain.o.yz, b.z + u.plastic, b.w);

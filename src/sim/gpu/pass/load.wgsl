@@ -21,7 +21,7 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     state[at(POSITION, i)] = vec4f(numbers(r + 3u), bitcast<f32>(pack_cell(cell)));
     state[at(VELOCITY, i)] = vec4f(numbers(r + 6u) / params.velocity_unit, bitcast<f32>(records[r + 28u]));
     state[at(AFFINE, i)] = vec4f(numbers(r + 9u) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + 26u) / params.mass_unit);
-    state[at(AFFINE + 1u, i)] = vec4f(numbers(r + 12u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), 0.0);
+    state[at(AFFINE + 1u, i)] = vec4f(numbers(r + 12u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + 25u));
     state[at(AFFINE + 2u, i)] = vec4f(numbers(r + 15u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + 24u), bitcast<f32>(i));

@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL};
+use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
 #[derive(Clone, Copy, Debug)]
@@ -43,11 +43,12 @@ passes! {
     Order = "order", false, [STATE];
     // Substep.
     Clear = "clear", false, [];
+    Average = "average", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     P2g = "p2g", false, [STATE, TABLE];
     Sides = "sides", true, [FOLD];
     Grid = "grid", false, [TABLE, TOOL, FOLD];
-    G2p = "g2p", false, [STATE, TABLE, LAW, TOOL];
+    G2p = "g2p", false, [STATE, TABLE, LAW, TOOL, YIELD];
     // Frame's end.
     Store = "store", false, [STATE, LAW];
     Total = "total", false, [STATE, LAW];

@@ -35,7 +35,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     put(r + 18u, e.d);
     put(r + 21u, e.o);
     stored[r + 24u] = bitcast<u32>(b.z);
-    stored[r + 25u] = records[from_ + 25u];
+    stored[r + 25u] = bitcast<u32>(state[at(AFFINE + 1u, i)].w);
     stored[r + 26u] = records[from_ + 26u];
     stored[r + 27u] = records[from_ + 27u];
     stored[r + 28u] = bitcast<u32>(velocity.w);

@@ -1,0 +1,67 @@
+// Anti-locking: flowing particles of a cell and class share part of their ln J. Runs where the particles have just been sorted by cell: the first
+// of each cell does the work of all.
+
+const FLOWING: f32 = 0.99; // share of the yield norm
+
+fn cell_of(i: u32) -> u32 {
+    return bitcast<u32>(state[at(POSITION, i)].w);
+}
+
+fn strain_of(i: u32) -> Sym {
+    let a = state[at(STRAIN, i)];
+    return Sym(a.xyz, vec3f(a.w, state[at(STRAIN + 1u, i)].xy));
+}
+
+struct Volume { log: f32, flows: bool }
+
+fn volume_of(i: u32, cell: vec3i) -> Volume {
+    let h = hencky(strain_of(i));
+    let log = trace(h);
+    let size = sqrt(max(norm2(h) - log * log / 3.0, 0.0));
+    let worked = state[at(AFFINE + 1u, i)].w;
+    let most = yield_norm_at(cell, state[at(POSITION, i)].xyz, true, state[at(STRAIN + 1u, i)].z, worked);
+    return Volume(log, size >= FLOWING * most);
+}
+
+// ln J changes, the deviator stays: b *= exp(2 change / 3), and the pressure in the affine momentum follows.
+fn dilate(i: u32, change: f32) {
+    let grown = expm1(2.0 / 3.0 * change);
+    let e = strain_of(i);
+    let d = e.d + (1.0 + e.d) * grown;
+    let o = e.o + e.o * grown;
+    state[at(STRAIN, i)] = vec4f(d, o.x);
+    let rest = state[at(STRAIN + 1u, i)];
+    state[at(STRAIN + 1u, i)] = vec4f(o.yz, rest.zw);
+    let pressure = (params.mu2 / 3.0 + params.lambda) * change;
+    state[at(AFFINE, i)].x -= pressure;
+    state[at(AFFINE + 1u, i)].y -= pressure;
+    state[at(AFFINE + 2u, i)].z -= pressure;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn average(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let first = invocation(group, groups, k);
+    if first >= params.particle_count || is_halted() { return; }
+    let packed = cell_of(first);
+    if first > 0u && cell_of(first - 1u) == packed { return; }
+    let is_last = atomicLoad(&status.substep) == params.averaging_last_at;
+    let share = select(params.averaging, params.averaging_last, is_last);
+    let cell = unpack_cell(packed);
+    var end = first;
+    for (; end < params.particle_count && cell_of(end) == packed; end++) {}
+    for (var c = 0u; c < CLASSES; c++) {
+        var mass = 0.0;
+        var sum = 0.0;
+        for (var i = first; i < end; i++) {
+            let v = volume_of(i, cell);
+            if !v.flows || class_of(bitcast<u32>(state[at(VELOCITY, i)].w)) != c { continue; }
+            mass += state[at(AFFINE, i)].w;
+            sum += state[at(AFFINE, i)].w * v.log;
+        }
+        for (var i = first; i < end; i++) {
+            if class_of(bitcast<u32>(state[at(VELOCITY, i)].w)) != c { continue; }
+            let v = volume_of(i, cell);
+            if v.flows { dilate(i, share * (sum / mass - v.log)); }
+        }
+    }
+}
