@@ -240,3 +240,49 @@ impl ClayMaterial {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay at the tool is near. With the distance
+    /// that far particles hold by default, far clay is stiffer than near clay.
+    #[test]
+    fn zeta_to_the_letter_and_as_meant() {
+        let clay = |law| ClayMaterial { law, softening: 0.5, softening_length: 0.3, ..ClayMaterial::default() };
+        let cell = 1.0 / 60.0;
+        let published = clay(ClayLaw::AsPublished);
+        let far = (0.3 - 3.0 * cell) / 0.3;
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(close(published.stress_factor_at(0.0, cell), (3.0 * cell / 0.3).exp()));
+        assert!(close(published.stress_factor_at(1e-9, cell), 1.0) && close(published.stress_factor_at(3.0 * cell, cell), 1.0));
+        assert!(close(published.stress_factor_at(0.3, cell), (-far).exp()));
+        assert_eq!(published.yield_stress_at(0.0, cell), f64::INFINITY);
+        let default_d = clay(ClayLaw::AsPublishedDefaultD);
+        assert!((default_d.stress_factor_at(0.3, cell) - 1.18).abs() < 0.01 && close(default_d.stress_factor_at(0.0, cell), 1.0));
+        let meant = clay(ClayLaw::Softened);
+        assert!(close(meant.stress_factor_at(0.0, cell), 1.0));
+        assert!(close(meant.yield_stress_at(0.0, cell), 0.5 * meant.yield_stress));
+        assert!(close(meant.yield_stress_at(0.3, cell), meant.yield_stress * (1.0 - 0.5 * (-far).exp())));
+    }
+
+    /// Each parameter out of its range is named.
+    #[test]
+    fn bad_flow_is_named() {
+        let fresh = ClayMaterial::default();
+        let worked = |loss, rate, rest_time| ClayMaterial { law: ClayLaw::Worked { loss, rate, rest_time }, ..fresh };
+        let bad = [
+            ("hardening_modulus", ClayMaterial { hardening_modulus: -1.0, ..fresh }),
+            ("viscosity", ClayMaterial { viscosity: f64::NAN, ..fresh }),
+            ("flow_index", ClayMaterial { flow_index: 0.0, ..fresh }),
+            ("flow_index", ClayMaterial { flow_index: 1.5, ..fresh }),
+            ("loss", worked(1.0, 1.0, 1.0)),
+            ("rate", worked(0.5, -1.0, 1.0)),
+            ("rest_time", worked(0.5, 1.0, 0.0)),
+        ];
+        for (name, material) in bad {
+            assert_eq!(material.validate().map_err(|e| e.name), Err(name));
+        }
+        assert_eq!(worked(0.5, 1.0, f64::INFINITY).validate(), Ok(()));
+    }
+}
