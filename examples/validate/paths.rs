@@ -152,16 +152,18 @@ pub(crate) fn paths(size: Size) -> Vec<Row> {
     rows
 }
 
-/// Herschel-Bulkley clay in steady simple shear: `tau_12 = (s / sqrt3) sech 2e` with `s = sY + eta (g' / sqrt3)^n` and `e = s / (2 sqrt3 mu)`, to the order
-/// of e^2 (below 7e-4).
+/// Herschel-Bulkley clay in steady simple shear: `tau_12 = (s / sqrt3) sech 2e`, `e = s / (2 sqrt3 mu)`, `s = sY + eta a'^n`. Elastic strain rests, so all
+/// work is plastic: `s a' = tau_12 g'` and `a' = (g' / sqrt3) sech 2e`, by iteration.
 fn creep_error(flow_index: f64) -> f64 {
     let clay = Preset::SoftClay.material();
     let (dt, gamma) = (wave_step(&clay, 0.3), 4.0);
     let rate = gamma / (f64::from(STEPS) * dt);
     // Half the yield stress again.
     let viscosity = 0.5 * clay.yield_stress / (rate / 3f64.sqrt()).powf(flow_index);
-    let stress = 1.5 * clay.yield_stress;
-    let steady = stress / 3f64.sqrt() / (stress / (3f64.sqrt() * clay.lame_mu())).cosh();
+    let sech = |stress: f64| 1.0 / (stress / (3f64.sqrt() * clay.lame_mu())).cosh();
+    let next = |stress: f64| clay.yield_stress + viscosity * (rate / 3f64.sqrt() * sech(stress)).powf(flow_index);
+    let stress = (0..20).fold(1.5 * clay.yield_stress, |stress, _| next(stress));
+    let steady = stress / 3f64.sqrt() * sech(stress);
     let clay = ClayMaterial { viscosity, flow_index, ..clay };
     shear_error(clay, gamma, STEPS, dt, 3.0, &|_| steady) / steady
 }
