@@ -70,10 +70,16 @@ pub(crate) fn place(particle: &Particle) -> DVec3 {
 
 /// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's low corner.
 pub(crate) fn block(low: DVec3, size: IVec3) -> Vec<Particle> {
-    let volume = (DX.powi(3) / 8.0) as f32;
-    let n = size * 2;
+    lattice(low, size, 2)
+}
+
+/// A block of clay with `per_axis` particles along each axis of a cell; `low` and `size` in cells from the room's low corner.
+pub(crate) fn lattice(low: DVec3, size: IVec3, per_axis: i32) -> Vec<Particle> {
+    let spacing = 1.0 / f64::from(per_axis);
+    let volume = (DX * spacing).powi(3) as f32;
+    let n = size * per_axis;
     let at = |i: i32| IVec3::new(i / (n.y * n.z), i / n.z % n.y, i % n.z).as_dvec3();
-    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) / 2.0 + f64::from(WALL_NODE), volume, i.cast_unsigned());
+    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) * spacing + f64::from(WALL_NODE), volume, i.cast_unsigned());
     (0..n.x * n.y * n.z).map(particle).collect()
 }
 

@@ -15,6 +15,7 @@ mod elastic;
 mod hertz;
 mod lab;
 mod law;
+mod machine;
 mod manufactured;
 mod motion;
 mod paths;
@@ -29,7 +30,7 @@ use report::{KnownMiss, Row, Verdict, judge, parse_known};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::Instant;
 
 /// Runs acceptance cases and compares them with closed-form answers.
@@ -181,9 +182,9 @@ fn run(args: &Args) -> Result<bool, String> {
             suite: args.suite,
             quick: args.quick,
             engine: args.engine,
-            adapter: processor(),
+            adapter: machine::processor(),
             driver: lab::engine(0).describe(),
-            commit: commit(),
+            commit: machine::commit(),
             rows: &rows,
         };
         write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
@@ -216,17 +217,4 @@ fn write_json(file: &Path, output: &Output<'_>) -> std::io::Result<()> {
     beside.write_all(b"\n")?;
     beside.persist(file)?;
     Ok(())
-}
-
-/// The processor's model name.
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = text.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
-    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |m| m.1.trim().to_owned())
-}
-
-/// The commit of the source, if it is in a repository.
-fn commit() -> Option<String> {
-    let out = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR"), "rev-parse", "--short", "HEAD"]).output().ok()?;
-    out.status.success().then(|| String::from_utf8_lossy(&out.stdout).trim().to_owned())
 }

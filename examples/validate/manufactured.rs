@@ -1,8 +1,7 @@
 //! A manufactured solution: clay that fills a box and moves as a closed form says, under the body force that this takes.
 
-use crate::lab::{DX, Lab, Size, elastic, place, room, set_velocity, snapshot, wave_step};
+use crate::lab::{DX, Lab, Size, elastic, lattice, place, room, set_velocity, snapshot, wave_step};
 use crate::report::Row;
-use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::validation::Manufactured;
 use glam::{DVec3, IVec3};
@@ -18,7 +17,7 @@ fn error(cells: i32, amplitude: f64, per_axis: i32) -> f64 {
     let omega = case.frequency(&material);
     let steps = (PI / omega / wave_step(&material, 0.3)).ceil();
     let dt = PI / omega / steps;
-    let mut particles = lattice(cells, per_axis);
+    let mut particles = lattice(DVec3::ZERO, IVec3::splat(cells), per_axis);
     let rest: Vec<DVec3> = particles.iter().map(|p| place(p) * DX).collect();
     // The motion a quarter of a period on: stretches turn into their rates.
     let ahead = Manufactured { phases: case.phases + FRAC_PI_2, ..case };
@@ -46,14 +45,6 @@ fn error(cells: i32, amplitude: f64, per_axis: i32) -> f64 {
         all += exact.length_squared();
     }
     (wrong / all).sqrt()
-}
-
-/// A cube of clay of `cells` cells an edge at the room's low corner, with `per_axis` particles along each edge of a cell.
-fn lattice(cells: i32, per_axis: i32) -> Vec<Particle> {
-    let n = cells * per_axis;
-    let volume = (DX.powi(3) / f64::from(per_axis.pow(3))) as f32;
-    let at = |i: i32| (IVec3::new(i / (n * n), i / n % n, i % n).as_dvec3() + 0.5) / f64::from(per_axis);
-    (0..n * n * n).map(|i| Particle::at(at(i) + f64::from(WALL_NODE), volume, i.cast_unsigned())).collect()
 }
 
 /// Order of accuracy: the slope of the line through the errors' logarithms.
