@@ -67,6 +67,7 @@ impl ParticleSums {
         let density = plan.inertial_density();
         let m = &plan.material;
         report.particle_count = self.count;
+        report.density_scale = plan.density_scale;
         report.particle_mass = self.volume * density;
         report.momentum = self.momentum * density;
         report.angular_momentum = self.angular * density;
