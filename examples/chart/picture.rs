@@ -67,7 +67,7 @@ impl Axis {
 
     /// Where lines go, and whether a number goes with them: decades, and 2 and 5 where there is room.
     fn ticks(&self) -> Vec<(f64, bool)> {
-        let has_room = f64::from((self.pixels.1 - self.pixels.0).abs()) > 110.0 * (self.decades.1 - self.decades.0);
+        let has_room = f64::from((self.pixels.1 - self.pixels.0).abs()) > 170.0 * (self.decades.1 - self.decades.0);
         let decades = self.decades.0.floor() as i32..=self.decades.1.ceil() as i32;
         let ticks = decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10f64.powi(d), m)));
         ticks

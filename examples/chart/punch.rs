@@ -37,11 +37,15 @@ fn material() -> ClayMaterial {
     ClayMaterial { young_modulus, poisson_ratio: POISSON, yield_stress: 3f64.sqrt() * STRENGTH, ..Preset::SoftClay.material() }
 }
 
-/// Presses a strip of `setting.cells` cells into clay five times as wide, twice as deep and half as thick.
+/// Half of the clay about a strip of `width` cells: six times as wide as the strip, twice as deep, and as thick as it is wide.
+pub(crate) fn size(width: i32) -> IVec3 {
+    IVec3::new(3 * width, 2 * width, width)
+}
+
+/// Presses a strip of `setting.cells` cells in.
 pub(crate) fn press(setting: &Setting) -> Bearing {
     let material = material();
-    let (width, b) = (setting.cells, f64::from(setting.cells));
-    let size = IVec3::new(5 * width / 2, 2 * width, width / 2);
+    let (size, b) = (size(setting.cells), f64::from(setting.cells));
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
     let domain = room_with([size.x, size.y + 4, size.z], walls);
     let particles = lattice(DVec3::ZERO, size, setting.per_axis);

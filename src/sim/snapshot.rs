@@ -108,6 +108,7 @@ impl Particle {
             && self.affine.iter().all(|c| all(c))
             && all(&self.elastic_strain)
             && self.hardening.is_finite()
+            && self.structure.is_finite()
             && self.rest_volume.is_finite()
     }
 }
