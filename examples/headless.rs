@@ -92,7 +92,7 @@ struct Run {
 }
 
 impl Run {
-    fn add(&mut self, plan: &FramePlan, report: &FrameReport, cell_width: f64) {
+    fn add(&mut self, report: &FrameReport, cell_width: f64) {
         let force = |t: &ToolReport| t.force.length();
         let strongest = report.tools.iter().map(force).fold(0.0, f64::max);
         let pushed: u64 = report.tools.iter().map(|t| t.pushed_back).sum();
@@ -102,7 +102,7 @@ impl Run {
         // Writing to a String cannot fail.
         let _ = writeln!(
             self.metrics,
-            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{:.4e},{:.4},{:.5},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},\"{}\"",
+            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{:.4e},{:.4},{:.5},{:.3e},{:.3e},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},\"{}\"",
             report.plan_id,
             report.time,
             report.energies.kinetic,
@@ -112,8 +112,10 @@ impl Run {
             strongest,
             report.steps,
             report.dt,
-            plan.density_scale,
+            report.density_scale,
             report.speed(cell_width),
+            report.kinetic_ratio(),
+            report.real_time_factor(),
             ms(t.total),
             ms(t.rebin),
             ms(t.grid),
@@ -140,7 +142,7 @@ impl Run {
     }
 }
 
-const HEADER: &str = "frame,time_s,kinetic_J,elastic_J,J_min,J_max,tool_force_max_N,pushed_back,steps,dt_s,density_scale,speed_max_m_s,\
+const HEADER: &str = "frame,time_s,kinetic_J,elastic_J,J_min,J_max,tool_force_max_N,pushed_back,steps,dt_s,density_scale,speed_max_m_s,kinetic_ratio,real_time_factor,\
     total_ms,rebin_ms,grid_ms,particles_ms,report_ms,balance_error,mass_error,health";
 
 fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, String> {
@@ -166,7 +168,7 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
         let plan = built.frame_plan(frame, &last);
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
         last = engine.wait().map_err(|e| e.to_string())?;
-        run.add(&plan, &last, cell_width);
+        run.add(&last, cell_width);
         if last.health.contains(Health::GIVEN_UP) {
             bar.abandon_with_message(format!("stopped: {}", last.health));
             break;

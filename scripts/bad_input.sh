@@ -34,6 +34,12 @@ head -c 100 /dev/zero >"$work/binary.stl"
 printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n' >"$work/cut.ply"
 printf 'ply\nformat sideways 1.0\nend_header\n' >"$work/malformed.ply"
 
+# clay NAME TEXT: a clay file, and a scene of it.
+clay() {
+    printf '%s\n' "$2" >"$work/$1.clay.ron"
+    scene "$1" "($box, cell_width: 0.005, duration: 0.01, material: File(\"$1.clay.ron\"))"
+}
+
 refused no_such_file "no_such_file.ron"
 mesh no_mesh no_such.obj && refused no_mesh "no_such.obj"
 mesh cut_obj cut.obj && refused cut_obj "cut.obj"
@@ -53,9 +59,24 @@ scene unknown "($box,
   cell_width: 0.002, colour: 3)" && refused unknown "unknown.ron:2.*colour"
 scene fine "($box, cell_width: 0.005, duration: 0.01)" && refused fine "/dev/null/x" /dev/null/x
 
-# An open mesh is clay with a warning.
+scene no_clay "($box, cell_width: 0.005, material: File(\"no_such.clay.ron\"))" && refused no_clay "no_clay.ron: material.*no_such.clay.ron"
+clay bad_unit "(
+  density: \"3 kPa\")" && refused bad_unit "bad_unit.clay.ron:2:3: density.*kg/m^3"
+clay bad_value "(yield_stress: \"-3 kPa\")" && refused bad_value "bad_value.clay.ron:1:2: yield_stress"
+clay no_base "(extends: \"no_such.clay.ron\")" && refused no_base "no_base.clay.ron:1:2: extends.*no_such.clay.ron"
+clay circle "(extends: \"circle.clay.ron\")" && refused circle "circle.clay.ron:1:2: extends.*circle"
+clay bad_law "(law: Melted)" && refused bad_law "bad_law.clay.ron:1:.*Melted"
+
+# warned NAME PATTERN: the scene runs, with a warning that holds the pattern.
+warned() {
+    headless "$work/$1.ron" --out "$work/out-$1" >/dev/null 2>"$work/stderr"
+    grep -q "warning: $2" "$work/stderr" || { echo "FAILED $1: no warning of $2"; cat "$work/stderr"; exit 1; }
+    echo "ok $1 works: $(sed "s|$work/||g" "$work/stderr")"
+}
+
+# An unknown key of a clay file is a warning, and so is an open mesh.
+clay unknown_key "(
+  yeild_stress: \"9 kPa\")" && warned unknown_key ".*unknown_key.clay.ron:2:3: .*yield_stress"
 grep -v '^f 1 ' "$bunny" | head -n -20 >"$work/open.obj"
 scene open "(clay: [Mesh(path: \"open.obj\", height: 0.03)], cell_width: 0.003, duration: 0.01)"
-headless "$work/open.ron" --out "$work/out-open" >/dev/null 2>"$work/stderr"
-grep -q "warning: .*open" "$work/stderr" || { echo "FAILED open mesh: no warning"; cat "$work/stderr"; exit 1; }
-echo "ok an open mesh works: $(sed "s|$work/||g" "$work/stderr")"
+warned open ".*open"

@@ -56,6 +56,12 @@ run_examples() {
                     --out "$results/$(basename "$scene" .ron)" --frames 3
             done
             ;;
+        stability_map)
+            cargo run --quiet --no-default-features --example stability_map -- --out "$results/stability_map" --quick
+            ;;
+        chart)
+            cargo run --quiet --no-default-features --example chart -- --smoke --out "$results/chart"
+            ;;
         validate) ;; # has a section of its own
         minimal | sculpt) ;; # need a window: see run_windows
         *)

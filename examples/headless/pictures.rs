@@ -179,5 +179,8 @@ fn tool(shape: &ToolShape) -> Mesh {
         ToolShape::Capsule { radius, half_length } => Capsule3d::new(radius as f32, 2.0 * half_length as f32).into(),
         ToolShape::Box { half_size } => Cuboid { half_size: half_size.as_vec3() }.into(),
         ToolShape::Blade { half_width, half_height } => Rectangle::new(2.0 * half_width as f32, 2.0 * half_height as f32).into(),
+        // Bevy's cone stands on its flat end.
+        ToolShape::Cone { radius, half_height } => Mesh::from(Cone { radius: radius as f32, height: 2.0 * half_height as f32 })
+            .rotated_by(Quat::from_rotation_x(std::f32::consts::PI)),
     }
 }

@@ -2,11 +2,15 @@
 //!
 //! An example takes it in by `#[path = "../plot/mod.rs"] mod plot;`.
 
+mod text;
+
+use ab_glyph::FontRef;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use text::Typeset;
 
 /// The family of all text: Ubuntu Light, which comes with the crate `epaint_default_fonts`.
 pub(crate) const FONT: &str = "sans-serif";
@@ -39,17 +43,18 @@ pub(crate) trait Picture {
 /// # Errors
 /// A file that cannot be written, or a picture that cannot be painted.
 pub(crate) fn write(picture: &impl Picture, stem: &Path, size: (u32, u32)) -> Result<[PathBuf; 2], PlotError> {
+    let unreadable = || PlotError::Paint("the font cannot be read".into());
     for style in [FontStyle::Normal, FontStyle::Bold] {
-        register_font(FONT, style, epaint_default_fonts::UBUNTU_LIGHT)
-            .map_err(|_| PlotError::Paint("the font cannot be read".into()))?;
+        register_font(FONT, style, epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
     }
+    let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
     let files = ["svg", "png"].map(|ending| stem.with_extension(ending));
     let mut svg = String::new();
     paint_on(picture, SVGBackend::with_string(&mut svg, size))?;
     write_file(&files[0], svg.as_bytes())?;
 
     let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
-    paint_on(picture, BitMapBackend::with_buffer(&mut pixels, size))?;
+    paint_on(picture, Typeset::new(BitMapBackend::with_buffer(&mut pixels, size), font))?;
     let png = encode_png(&pixels, size).map_err(|e| PlotError::Paint(e.to_string()))?;
     write_file(&files[1], &png)?;
     Ok(files)

@@ -45,6 +45,9 @@ pub(crate) struct Args {
     /// Scene file (RON) whose clay to start with; its tools and its duration do not matter here.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
+    /// Clay file (RON) that says what the clay is made of, read again whenever it changes: a path, or a name such as wax.clay.ron.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) clay: Option<PathBuf>,
     /// Engine of the clay.
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) engine: EngineArg,
@@ -93,7 +96,8 @@ impl Args {
             }
         };
         let built = scene.build(&base).map_err(|e| e.to_string())?;
-        Ok(Start { built, base })
+        let clay = self.clay.as_deref().map(ClayFile::load).transpose().map_err(|e| e.to_string())?;
+        Ok(Start { built, base, clay })
     }
 }
 
@@ -102,12 +106,19 @@ impl Args {
 pub(crate) struct Start {
     built: BuiltScene,
     base: PathBuf,
+    clay: Option<ClayFile>,
 }
 
 impl Start {
     /// What is odd about the scene.
     pub(crate) fn warnings(&self) -> &[String] {
         &self.built.warnings
+    }
+
+    /// What the clay is made of: what the clay file says, else the scene's material with `softening` about tools.
+    pub(crate) fn material(&self, softening: f64) -> ClayMaterial {
+        let material = ClayMaterial { softening, ..self.built.snapshot.material };
+        self.clay.as_ref().map_or(material, |clay| clay.in_place_of(&material))
     }
 
     /// The clay as it is for a graphics processor, or coarser if there is none.

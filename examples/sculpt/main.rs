@@ -1,4 +1,4 @@
-//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --engine auto|native|gpu --frames N --script --screenshot FILE]`.
+//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu --frames N --script --screenshot FILE]`.
 //!
 //! | file     | does                                              |
 //! |----------|---------------------------------------------------|
@@ -145,7 +145,7 @@ fn set_up(
     };
     watch::say(&line);
     notice.text = line;
-    let material = ClayMaterial { softening: SOFTENING, ..snapshot.material };
+    let material = start.material(SOFTENING);
     let settings = ClaySettings { engine: args.engine.into(), inertia, ..default() };
     let look = StandardMaterial {
         base_color: Color::srgb(0.58, 0.42, 0.34),
@@ -153,7 +153,11 @@ fn set_up(
         reflectance: 0.25,
         ..default()
     };
-    commands.spawn((Name::new("clay"), Clay::new(snapshot), material, settings, MeshMaterial3d(materials.add(look))));
+    let mut clay =
+        commands.spawn((Name::new("clay"), Clay::new(snapshot), material, settings, MeshMaterial3d(materials.add(look))));
+    if let Some(file) = &args.clay {
+        clay.insert(MaterialFile::new(file));
+    }
 }
 
 /// Middle and half the diagonal of the box of the particles [m].

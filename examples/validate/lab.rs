@@ -70,11 +70,43 @@ pub(crate) fn place(particle: &Particle) -> DVec3 {
 
 /// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's low corner.
 pub(crate) fn block(low: DVec3, size: IVec3) -> Vec<Particle> {
-    let volume = (DX.powi(3) / 8.0) as f32;
-    let n = size * 2;
+    lattice(low, size, 2)
+}
+
+/// A block of clay with `per_axis` particles along each axis of a cell; `low` and `size` in cells from the room's low corner.
+pub(crate) fn lattice(low: DVec3, size: IVec3, per_axis: i32) -> Vec<Particle> {
+    let spacing = 1.0 / f64::from(per_axis);
+    let volume = (DX * spacing).powi(3) as f32;
+    let n = size * per_axis;
     let at = |i: i32| IVec3::new(i / (n.y * n.z), i / n.z % n.y, i % n.z).as_dvec3();
-    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) / 2.0 + f64::from(WALL_NODE), volume, i.cast_unsigned());
+    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) * spacing + f64::from(WALL_NODE), volume, i.cast_unsigned());
     (0..n.x * n.y * n.z).map(particle).collect()
+}
+
+/// The clay of a body in the block of `size` cells at the room's low corner: what of each eighth of a cell is inside, at its centroid. Bodies with round faces
+/// have no steps.
+#[allow(dead_code, reason = "the command and the tests that share this file each use some")]
+pub(crate) fn carved(size: IVec3, is_inside: &dyn Fn(DVec3) -> bool) -> Vec<Particle> {
+    const POINTS: i32 = 6;
+    let mut particles = block(DVec3::ZERO, size);
+    particles.retain_mut(|p| {
+        let centre = place(p);
+        let (mut count, mut sum) = (0.0, DVec3::ZERO);
+        for i in 0..POINTS.pow(3) {
+            let at = IVec3::new(i / (POINTS * POINTS), i / POINTS % POINTS, i % POINTS).as_dvec3();
+            let shift = (at + 0.5) / (2.0 * f64::from(POINTS)) - 0.25;
+            if is_inside(centre + shift) {
+                count += 1.0;
+                sum += shift;
+            }
+        }
+        if count > 0.0 {
+            p.rest_volume *= (count / f64::from(POINTS.pow(3))) as f32;
+            p.set_grid(p.grid() + sum / count);
+        }
+        count > 0.0
+    });
+    particles
 }
 
 /// Random numbers in [-1, 1).
@@ -148,6 +180,11 @@ impl Mover {
 
 /// The GPU engine that the cases run on, if it is not the native one.
 pub(crate) static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
+
+/// Whether the cases run on the GPU engine, which refuses the inputs of validation cases beyond damping.
+pub(crate) fn is_gpu() -> bool {
+    GPU.get().is_some()
+}
 
 /// An engine without clay; the native one on `threads` cores, 0 for all.
 pub(crate) fn engine(threads: usize) -> Box<dyn Engine> {

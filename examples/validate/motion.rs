@@ -1,4 +1,4 @@
-//! Bodies that nothing touches: free fall, a turning block, the stability limit of one particle.
+//! Bodies that nothing touches: free fall, a turning block.
 
 use crate::lab::{DX, Lab, Size, block, elastic, place, room, set_velocity, snapshot, velocity, wave_step, world};
 use crate::report::Row;
@@ -91,41 +91,4 @@ pub(crate) fn rotation(_: Size) -> Vec<Row> {
         ),
         Row::at_most("rotation: momentum", report.momentum.length() / report.momentum_scale, "relative", 1e-5),
     ]
-}
-
-/// The stability limit of one particle, bisected, over `time_step_limit`. The limit of the case is 1 less the bisection's width.
-pub(crate) fn step_limit(size: Size) -> Vec<Row> {
-    const WIDTH: f64 = 2e-3;
-    let ratios: &[f64] = size.pick(&[0.45], &[0.1, 0.45], &[0.1, 0.3, 0.45, 0.49]);
-    let row = |&poisson_ratio: &f64| {
-        let material = elastic(poisson_ratio);
-        let formula = material.time_step_limit(DX, material.density);
-        let (mut stable, mut unstable) = (0.5, 1.5);
-        if !is_stable(&material, stable * formula) || is_stable(&material, unstable * formula) {
-            return Row::at_least(name(poisson_ratio), f64::NAN, "x formula", 1.0 - WIDTH);
-        }
-        while unstable - stable > WIDTH {
-            let middle = 0.5 * (stable + unstable);
-            *(if is_stable(&material, middle * formula) { &mut stable } else { &mut unstable }) = middle;
-        }
-        Row::at_least(name(poisson_ratio), stable, "x formula", 1.0 - WIDTH)
-    };
-    fn name(poisson_ratio: f64) -> String {
-        format!("step limit: one particle, nu {poisson_ratio}")
-    }
-    ratios.iter().map(row).collect()
-}
-
-/// Whether one particle that swells at a small rate stays as lively as it was for 1000 steps.
-fn is_stable(material: &ClayMaterial, dt: f64) -> bool {
-    let mut particle = Particle::at(DVec3::new(9.3, 9.6, 9.4), (DX.powi(3) / 8.0) as f32, 0);
-    let rate = 1e-3 / dt;
-    for (c, column) in particle.affine.iter_mut().enumerate() {
-        column[c] = rate as f32;
-    }
-    let mut lab = Lab::with_threads(&snapshot(room([8; 3], Wall::Separate), *material, vec![particle]), dt, 1);
-    let report = lab.frame(1000);
-    // An oscillator near its limit has a large amplitude but a bounded one: the ratio is (1 - (dt / limit)^2)^(-1/2) < 16 up to 0.998.
-    let grown = f64::from(lab.particles()[0].affine[0][0]).abs() / rate;
-    report.health.is_ok() && report.redone == 0 && grown < 30.0
 }

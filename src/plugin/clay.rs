@@ -177,8 +177,11 @@ pub struct PassTimes {
 pub struct ClayStatus {
     /// The engine and what it runs on; empty until the first one has started.
     pub engine: String,
-    /// What is wrong, by name: a parameter the engine refused (the clay stands until that is mended), or what became of an engine.
+    /// What is wrong, by name: a parameter the engine refused (the clay stands until that is mended), what became of an engine, or a
+    /// [`MaterialFile`](super::follow::MaterialFile) that is bad (the clay stays as it is).
     pub error: Option<String>,
+    /// What is odd about its [`MaterialFile`](super::follow::MaterialFile), one line each.
+    pub warnings: Vec<String>,
     /// Particles in motion.
     pub particle_count: usize,
     /// Cell width [m].

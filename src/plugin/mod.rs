@@ -6,6 +6,7 @@
 //! | [`clay`]     | what an app gives and gets          | [`Clay`](clay::Clay), its settings, status and reports             |
 //! | [`engine`]   | snapshots, settings                 | [`ClayEngine`](engine::ClayEngine), started away from the main thread |
 //! | `gpu`        | GPU engines                         | their passes in the app's render graph                             |
+//! | [`follow`]   | clay files                          | [`ClayMaterial`](crate::sim::material::ClayMaterial), when they change |
 //! | [`recover`]  | errors of the graphics device       | an app that goes on                                                |
 //! | `report`     | frames that have ended              | [`ClayReport`](clay::ClayReport), [`ClayStatus`](clay::ClayStatus) |
 //! | [`tool`]     | [`SculptTool`](tool::SculptTool)    | ways, swept                                                        |
@@ -31,6 +32,7 @@
 pub mod clay;
 pub mod diagnostics;
 pub mod engine;
+pub mod follow;
 mod gpu;
 mod held;
 pub mod recover;
@@ -48,6 +50,7 @@ pub mod prelude {
     pub use super::ClayPlugins;
     pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes};
     pub use super::engine::ClayEngine;
+    pub use super::follow::MaterialFile;
     pub use super::schedule::ClaySystems;
     pub use super::show::ClaySurface;
     pub use super::tool::SculptTool;
@@ -64,6 +67,7 @@ impl PluginGroup for ClayPlugins {
             .add(schedule::SchedulePlugin)
             .add(reflect::ReflectPlugin)
             .add(engine::EnginePlugin)
+            .add(follow::FollowPlugin)
             .add(gpu::GpuPlugin)
             .add(recover::RecoverPlugin)
             .add(report::ReportPlugin)

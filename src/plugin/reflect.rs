@@ -66,6 +66,7 @@ impl_reflect!(
         Capsule { radius: f64, half_length: f64 },
         Box { half_size: DVec3 },
         Blade { half_width: f64, half_height: f64 },
+        Cone { radius: f64, half_height: f64 },
     }
 );
 

@@ -2,6 +2,7 @@
 
 use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus};
 use super::engine::{self, ClayEngine, EngineStart};
+use super::follow::Following;
 use super::gpu::Bridge;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
@@ -79,13 +80,13 @@ impl Pace {
 }
 
 /// What a status is written from.
-type Sources<'a> = (&'a EngineStart, Option<&'a mut ClayEngine>, Option<&'a ClaySurface>);
+type Sources<'a> = (&'a EngineStart, Option<&'a mut ClayEngine>, Option<&'a ClaySurface>, Option<&'a Following>);
 
 /// Says how each clay is doing.
 pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, mut held: ResMut<HeldTime>) {
     let longest = held.longest_ms();
     let _watch = held.watch();
-    for (mut status, (start, engine, surface)) in &mut clays {
+    for (mut status, (start, engine, surface, following)) in &mut clays {
         status.main_thread_ms = longest;
         (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.mesh().triangles.len()));
         let mut error = start.error().cloned();
@@ -100,6 +101,10 @@ pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, m
             let stopped = engine.stopped.as_ref().map(ToString::to_string);
             error = error.or(stopped).or(engine.planner.refused.as_ref().map(ToString::to_string));
         }
-        status.error = error;
+        let (fault, warnings) = following.map_or((None, &[][..]), |f| (f.error.clone(), f.warnings.as_slice()));
+        status.error = error.or(fault);
+        if status.warnings != warnings {
+            status.warnings = warnings.to_vec();
+        }
     }
 }

@@ -123,7 +123,9 @@ impl Scene {
     /// As [`Self::build`].
     pub fn build_within(&self, base_dir: &Path, memory_limit: f64) -> Result<BuiltScene, SceneError> {
         self.validate()?;
+        let (material, odd) = self.clay_material(base_dir)?;
         let Clay { solids, low, high, mut warnings } = self.clay_solids(base_dir)?;
+        warnings.extend(odd);
         self.check_memory(&solids, (low, high), memory_limit)?;
         let room = self.domain.unwrap_or_else(|| self.room_about(low, high, self.cell_width));
         let params = |error| SceneError::Params { file: self.file.clone(), error };
@@ -148,7 +150,7 @@ impl Scene {
         let particle =
             |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
-        let snapshot = Snapshot { domain, material: self.clay_material(), time: 0.0, particles };
+        let snapshot = Snapshot { domain, material, time: 0.0, particles };
         Ok(BuiltScene { snapshot, warnings, fill: report, scene: self.clone() })
     }
 

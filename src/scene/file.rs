@@ -14,6 +14,7 @@
 //!
 //! Options are written without `Some`. Lengths are in metres, times in seconds, angles in degrees.
 
+use super::clay;
 use super::error::SceneError;
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
@@ -84,12 +85,14 @@ pub struct MeshBody {
 }
 
 /// Where material parameters come from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum MaterialChoice {
     /// A named clay.
     Preset(Preset),
     /// Values, as in `Values(density: 1700, young_modulus: 4.4e5, poisson_ratio: 0.45, yield_stress: 8e3)`.
     Values(#[serde(deserialize_with = "checked")] ClayMaterial),
+    /// A clay file, as in `File("wax.clay.ron")`: in the scene file's folder, else in `assets/clays` or of this crate ([`clay`](super::clay)).
+    File(String),
 }
 
 impl Default for MaterialChoice {
@@ -252,12 +255,24 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The clay's parameters, with the scene's softening in place of the material's.
-    pub fn clay_material(&self) -> ClayMaterial {
-        let material = match self.material {
-            MaterialChoice::Preset(preset) => preset.material(),
-            MaterialChoice::Values(values) => values,
+    /// The clay's parameters, with the scene's softening in place of the material's, and what is odd about its file. `base_dir` is the scene file's folder.
+    ///
+    /// # Errors
+    /// A clay file that is not there or bad, a softening out of its range.
+    pub fn clay_material(&self, base_dir: &Path) -> Result<(ClayMaterial, Vec<String>), SceneError> {
+        let (material, warnings) = match &self.material {
+            MaterialChoice::File(name) => {
+                let clay = clay::load_from(name, &self.file, base_dir)?;
+                (self.softened(clay.material), clay.warnings)
+            }
+            _ => (self.known_material(), vec![]),
         };
+        material.validate().map_err(|error| SceneError::Params { file: self.file.clone(), error })?;
+        Ok((material, warnings))
+    }
+
+    /// `material` with the scene's softening.
+    fn softened(&self, material: ClayMaterial) -> ClayMaterial {
         ClayMaterial {
             softening: self.softening.unwrap_or(material.softening),
             softening_length: self.softening_length.unwrap_or(material.softening_length),
@@ -265,7 +280,16 @@ impl Scene {
         }
     }
 
-    /// Checks every value: for scenes made by a program.
+    /// The material as far as it is known without reading another file.
+    fn known_material(&self) -> ClayMaterial {
+        self.softened(match &self.material {
+            MaterialChoice::Preset(preset) => preset.material(),
+            MaterialChoice::Values(values) => *values,
+            MaterialChoice::File(_) => ClayMaterial::default(),
+        })
+    }
+
+    /// Checks every value but those of a clay file, which are checked when it is read: for scenes made by a program.
     ///
     /// # Errors
     /// The first value that is out of its range, by name.
@@ -281,7 +305,7 @@ impl Scene {
         check_number("cell_width", self.cell_width)?;
         check_number("particles_per_cell", f64::from(self.particles_per_cell))?;
         check_number("jitter", self.jitter)?;
-        self.clay_material().validate()?;
+        self.known_material().validate()?;
         check_vector("gravity", self.gravity)?;
         if let Some(Room { low, high }) = self.domain
             && !(low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0)
@@ -306,7 +330,7 @@ impl Scene {
 }
 
 /// What is wrong, in words of the file.
-fn message(error: &ron::Error) -> String {
+pub(super) fn message(error: &ron::Error) -> String {
     let of = |outer: &Option<String>| outer.as_ref().map(|name| format!(" in `{name}`")).unwrap_or_default();
     let one_of = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
     match error {

@@ -6,6 +6,7 @@
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|
 //! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
+//! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
 //! | [`import`]  | OBJ, STL, PLY           | welded triangles                                           |
 //! | [`winding`] | triangles               | generalized winding number                                 |
@@ -16,6 +17,7 @@
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
+pub mod clay;
 pub mod error;
 pub mod file;
 pub mod fill;
@@ -30,6 +32,7 @@ pub mod export;
 /// What most programs need.
 pub mod prelude {
     pub use super::build::BuiltScene;
+    pub use super::clay::{ClayFile, FileStamp};
     pub use super::error::SceneError;
     pub use super::export::{ExportError, write_mesh, write_particles, write_text};
     pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};

@@ -133,6 +133,7 @@ impl ToolTrack {
             ToolShape::Capsule { radius, half_length } => DVec3::new(radius, radius + half_length, radius),
             ToolShape::Box { half_size } => half_size,
             ToolShape::Blade { half_width, half_height } => DVec3::new(half_width, half_height, 0.0),
+            ToolShape::Cone { radius, half_height } => DVec3::new(radius, half_height, radius),
         };
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.keyframes.iter().fold(none, |(low, high), frame| {

@@ -179,6 +179,8 @@ pub struct FrameReport {
     pub dt: f64,
     /// Substeps run.
     pub steps: u32,
+    /// Inertial density over the material's density, as planned.
+    pub density_scale: f64,
     /// Simulated time at the frame's end [s].
     pub time: f64,
     /// Particles in motion.
@@ -231,6 +233,18 @@ impl FrameReport {
     /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did not run.
     pub fn speed(&self, cell_width: f64) -> f64 {
         if self.dt > 0.0 { self.speed_max * cell_width / self.dt } else { 0.0 }
+    }
+
+    /// Kinetic over elastic energy [-]: the check on inertia scaling, which counts as harmless up to 1 or 2 % of the internal energy. The energy
+    /// that flow has dissipated is internal too and not counted, so this is on the safe side. 0 for clay without strain that does not move.
+    pub fn kinetic_ratio(&self) -> f64 {
+        let Energies { kinetic, elastic } = self.energies;
+        if kinetic > 0.0 { kinetic / elastic } else { 0.0 }
+    }
+
+    /// Simulated time over wall time [-]; 0 for a frame that did not run.
+    pub fn real_time_factor(&self) -> f64 {
+        if self.timings.total > 0.0 { self.dt * f64::from(self.steps) / self.timings.total } else { 0.0 }
     }
 
     /// |clay momentum change + tool and wall impulses| over (sum of |impulses| + sum of m |v|): Newton's third law, kept to rounding.

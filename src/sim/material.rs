@@ -70,37 +70,80 @@ fn one() -> f64 {
     1.0
 }
 
-/// Named clays. Young's modulus is 55 times the yield stress: a stiffer clay costs substeps and adds under 10 % to shallow forces
-/// (slip-line indentation, rigidity index 33 against 100).
+/// Named clays. But for the two taken from elsewhere, Young's modulus is 55 times the yield stress: a stiffer clay costs substeps and adds under 10 % to
+/// shallow forces (slip-line indentation, rigidity index 33 against 100). What each number rests on: docs/EVIDENCE.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Preset {
     /// 8 kPa yield: worked pottery clay.
     SoftClay,
-    /// 30 kPa yield: modelling plasticine at room temperature.
+    /// 30 kPa yield, more when pressed fast, less when worked: modelling plasticine at room temperature.
     Plasticine,
     /// 100 kPa yield: leather-hard.
     StiffClay,
+    /// 60 kPa yield, much more when pressed fast: modelling wax warmed in the hand.
+    Wax,
+    /// 2 kPa yield and viscous (Bingham): silicone putty, which gives way slowly.
+    Putty,
+    /// Young's modulus and Poisson's ratio of Yu et al.; the paper has neither yield stress nor density, and these, like the law, are of this crate.
+    Paper,
+    /// The default clay of VR-Doh (Luo et al. 2025), under the law of this crate.
+    VrDoh,
 }
 
 impl Preset {
+    /// Every preset.
+    pub const ALL: [Self; 7] =
+        [Self::SoftClay, Self::Plasticine, Self::StiffClay, Self::Wax, Self::Putty, Self::Paper, Self::VrDoh];
+
+    /// What to call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SoftClay => "soft clay",
+            Self::Plasticine => "plasticine",
+            Self::StiffClay => "leather-hard clay",
+            Self::Wax => "warm wax",
+            Self::Putty => "putty",
+            Self::Paper => "paper (stiffness only)",
+            Self::VrDoh => "VR-Doh default",
+        }
+    }
+
     /// The preset's parameters.
     pub fn material(self) -> ClayMaterial {
-        let yield_stress = match self {
-            Self::SoftClay => 8e3,
-            Self::Plasticine => 30e3,
-            Self::StiffClay => 100e3,
-        };
-        ClayMaterial {
+        let clay = ClayMaterial {
             density: 1700.0,
-            young_modulus: 55.0 * yield_stress,
+            young_modulus: 440e3,
             poisson_ratio: 0.45,
-            yield_stress,
+            yield_stress: 8e3,
             softening: 0.0,
             softening_length: 0.0,
             hardening_modulus: 0.0,
             viscosity: 0.0,
             flow_index: 1.0,
             law: ClayLaw::Softened,
+        };
+        match self {
+            Self::SoftClay => clay,
+            Self::Plasticine => ClayMaterial {
+                young_modulus: 1.65e6,
+                yield_stress: 30e3,
+                viscosity: 3e3,
+                flow_index: 0.3,
+                law: ClayLaw::Worked { loss: 0.3, rate: 2.0, rest_time: 600.0 },
+                ..clay
+            },
+            Self::StiffClay => ClayMaterial { young_modulus: 5.5e6, yield_stress: 100e3, ..clay },
+            Self::Wax => ClayMaterial {
+                density: 960.0,
+                young_modulus: 3.3e6,
+                yield_stress: 60e3,
+                viscosity: 30e3,
+                flow_index: 0.4,
+                ..clay
+            },
+            Self::Putty => ClayMaterial { density: 1520.0, young_modulus: 110e3, yield_stress: 2e3, viscosity: 5e3, ..clay },
+            Self::Paper => ClayMaterial { young_modulus: 1e5, poisson_ratio: 0.1, yield_stress: 2e3, ..clay },
+            Self::VrDoh => ClayMaterial { density: 1000.0, young_modulus: 1e4, poisson_ratio: 0.3, yield_stress: 1e3, ..clay },
         }
     }
 }
@@ -238,5 +281,51 @@ impl ClayMaterial {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay at the tool is near. With the distance
+    /// that far particles hold by default, far clay is stiffer than near clay.
+    #[test]
+    fn zeta_to_the_letter_and_as_meant() {
+        let clay = |law| ClayMaterial { law, softening: 0.5, softening_length: 0.3, ..ClayMaterial::default() };
+        let cell = 1.0 / 60.0;
+        let published = clay(ClayLaw::AsPublished);
+        let far = (0.3 - 3.0 * cell) / 0.3;
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(close(published.stress_factor_at(0.0, cell), (3.0 * cell / 0.3).exp()));
+        assert!(close(published.stress_factor_at(1e-9, cell), 1.0) && close(published.stress_factor_at(3.0 * cell, cell), 1.0));
+        assert!(close(published.stress_factor_at(0.3, cell), (-far).exp()));
+        assert_eq!(published.yield_stress_at(0.0, cell), f64::INFINITY);
+        let default_d = clay(ClayLaw::AsPublishedDefaultD);
+        assert!((default_d.stress_factor_at(0.3, cell) - 1.18).abs() < 0.01 && close(default_d.stress_factor_at(0.0, cell), 1.0));
+        let meant = clay(ClayLaw::Softened);
+        assert!(close(meant.stress_factor_at(0.0, cell), 1.0));
+        assert!(close(meant.yield_stress_at(0.0, cell), 0.5 * meant.yield_stress));
+        assert!(close(meant.yield_stress_at(0.3, cell), meant.yield_stress * (1.0 - 0.5 * (-far).exp())));
+    }
+
+    /// Each parameter out of its range is named.
+    #[test]
+    fn bad_flow_is_named() {
+        let fresh = ClayMaterial::default();
+        let worked = |loss, rate, rest_time| ClayMaterial { law: ClayLaw::Worked { loss, rate, rest_time }, ..fresh };
+        let bad = [
+            ("hardening_modulus", ClayMaterial { hardening_modulus: -1.0, ..fresh }),
+            ("viscosity", ClayMaterial { viscosity: f64::NAN, ..fresh }),
+            ("flow_index", ClayMaterial { flow_index: 0.0, ..fresh }),
+            ("flow_index", ClayMaterial { flow_index: 1.5, ..fresh }),
+            ("loss", worked(1.0, 1.0, 1.0)),
+            ("rate", worked(0.5, -1.0, 1.0)),
+            ("rest_time", worked(0.5, 1.0, 0.0)),
+        ];
+        for (name, material) in bad {
+            assert_eq!(material.validate().map_err(|e| e.name), Err(name));
+        }
+        assert_eq!(worked(0.5, 1.0, f64::INFINITY).validate(), Ok(()));
     }
 }

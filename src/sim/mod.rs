@@ -16,7 +16,7 @@
 //! Nodes stand at integers; the stencil of a particle at `x` is nodes `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic
 //! weights `(1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density, `m_p = rho_s V_p`.
 //!
-//! 0. `average`, before substeps 0, 32, 64 .. of the frame where [`volume_averaging`](engine::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)` and class, the particles at
+//! 0. `average`, before substeps 0, 8, 16 .. of the frame where [`volume_averaging`](engine::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)` and class, the particles at
 //!    yield (`|d| >= 0.99 y`, 4. below, without the viscous part, tools at their poses of `t`) take `1 - (1 - q)^k` of the difference to their mean `ln J`, weighted by
 //!    rest volume: `b *= exp(2 (change of ln J) / 3)`. k is the number of substeps up to the next averaging or the frame's end.
 //! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle at `x`, come from
@@ -29,7 +29,7 @@
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
 //!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
 //!       first, each class apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or subtracts (stick).
-//!       A separating wall folds a column of three nodes only while its reaction, of the classes' totals,
+//!       A separating wall folds a column of three nodes only while clay reaches its ghost (it is within half a cell of the wall) and its reaction, of the classes' totals,
 //!       `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` with `v = (p+ - p-) / (m+ + m-) + g'` is positive: `+` mirror, `0` wall node, `-` ghost, `p`
 //!       the normal momenta away from the wall, `g' = g h (rho / rho_s)` along it; else that column has no wall in this substep.
 //!    2. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that

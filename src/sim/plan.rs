@@ -19,10 +19,10 @@ const STILL_TRAVEL: f64 = 1e-6;
 pub const TOOL_MACH_MAX: f64 = 0.25;
 
 /// Share per substep by which the ln J of flowing particles relaxes to their cell's mean.
-pub const VOLUME_AVERAGING: f64 = 0.0;
+pub const VOLUME_AVERAGING: f64 = 0.2;
 
-/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs two to three substeps.
-pub const AVERAGING_INTERVAL: u32 = 32;
+/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs about a substep.
+pub const AVERAGING_INTERVAL: u32 = 8;
 
 /// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`, V the tool's speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -108,6 +108,7 @@ impl Particle {
             && self.affine.iter().all(|c| all(c))
             && all(&self.elastic_strain)
             && self.hardening.is_finite()
+            && self.structure.is_finite()
             && self.rest_volume.is_finite()
     }
 }
@@ -315,7 +316,7 @@ mod tests {
     /// A file of version 1 gives the clay it was made of.
     #[test]
     fn version_1_is_read() {
-        let material = Preset::Plasticine.material();
+        let material = Preset::StiffClay.material();
         let s = Snapshot { material, ..snapshot() };
         let new = s.to_bytes();
         let (head, body) = new.split_at(header_bytes(NUMBERS));

@@ -67,6 +67,7 @@ impl ParticleSums {
         let density = plan.inertial_density();
         let m = &plan.material;
         report.particle_count = self.count;
+        report.density_scale = plan.density_scale;
         report.particle_mass = self.volume * density;
         report.momentum = self.momentum * density;
         report.angular_momentum = self.angular * density;
@@ -87,7 +88,8 @@ pub(super) fn judge(report: &mut FrameReport, quarantined: &[u32]) {
     if !quarantined.is_empty() {
         report.health.insert(Health::QUARANTINED);
     }
-    if (report.grid_mass / report.particle_mass - 1.0).abs() > 1e-6 {
+    // f32 node sums of 64 particles a cell are off by 1e-6 of the mass where all nodes round alike.
+    if (report.grid_mass / report.particle_mass - 1.0).abs() > 3e-6 {
         report.health.insert(Health::MASS_LOST);
     }
 }

@@ -19,9 +19,9 @@ pub(super) fn window(world: &mut World) {
     entities.sort_by_key(|entity| !world.entity(*entity).contains::<Clay>());
     egui::Window::new("Inspector")
         .default_open(false)
-        .default_pos([8.0, 400.0])
+        .default_pos([8.0, 544.0])
         .default_width(320.0)
-        .max_height(280.0)
+        .max_height(160.0)
         .vscroll(true)
         .show(context.get_mut(), |ui| {
             ui.label("Every component as it is, in SI units. What the clay cannot use it refuses by name.");

@@ -1,6 +1,6 @@
 //! The rows of the material: what each number is called, its unit, its range and what it does.
 
-use crate::sim::material::{ClayMaterial, Preset};
+use crate::sim::material::{ClayLaw, ClayMaterial, Preset};
 use bevy_egui::egui;
 use std::ops::RangeInclusive;
 
@@ -105,9 +105,83 @@ const TAU: Row = Row::linear(
     1,
 );
 
-/// The presets and what to call them.
-const PRESETS: [(Preset, &str); 3] =
-    [(Preset::SoftClay, "soft clay"), (Preset::Plasticine, "plasticine"), (Preset::StiffClay, "leather-hard clay")];
+const HARDENING: Row = Row {
+    zero: Some("none"),
+    ..Row::logarithmic(
+        "hardening",
+        "Hardening modulus: how much the yield stress gains as the clay is deformed, per doubling or so of its length.",
+        (1e3, " kPa"),
+        0.0..=1000.0,
+        1,
+    )
+};
+const VISCOSITY: Row = Row {
+    zero: Some("none"),
+    ..Row::logarithmic(
+        "viscosity",
+        "How much firmer the clay is when it is pressed fast: what it withstands beyond its yield stress at a strain rate of 1/s.",
+        (1e3, " kPa s^n"),
+        0.0..=100.0,
+        2,
+    )
+};
+const FLOW_INDEX: Row = Row::linear(
+    "flow index",
+    "Exponent n of the viscosity: at 1 what the clay withstands grows with the speed, at 0.3 it doubles for ten times the speed.",
+    (1.0, ""),
+    0.05..=1.0,
+    2,
+);
+const LOSS: Row =
+    Row::linear("loss", "Share of its yield stress that clay loses by being worked, at most.", (0.01, " %"), 0.0..=95.0, 0);
+const RATE: Row = Row::linear(
+    "rate",
+    "How fast working softens: at 1, clay that was deformed to twice its length or so has lost two thirds of what it can lose.",
+    (1.0, ""),
+    0.0..=20.0,
+    1,
+);
+const REST_TIME: Row = Row::logarithmic(
+    "rest time",
+    "Time in which clay that rests gets back two thirds of what it lost.",
+    (60.0, " min"),
+    0.05..=1440.0,
+    2,
+);
+
+/// What worked clay is where no other numbers are known: those of plasticine.
+const WORKED: ClayLaw = ClayLaw::Worked { loss: 0.3, rate: 2.0, rest_time: 600.0 };
+
+/// What to call a law.
+fn law_name(law: ClayLaw) -> &'static str {
+    match law {
+        ClayLaw::Softened => "softens near tools",
+        ClayLaw::Worked { .. } => "softens when worked",
+        ClayLaw::AsPublished => "Eq. 4-5 (unstable, for comparison)",
+        ClayLaw::AsPublishedDefaultD => "Eq. 4-5, d = 0 (unstable, for comparison)",
+    }
+}
+
+/// The law, and the numbers of the one that has some.
+fn law_rows(ui: &mut egui::Ui, law: &mut ClayLaw) {
+    let hover =
+        "What softens the clay. As published, the paper's equations to the letter, is unstable and runs on the CPU alone.";
+    ui.label("law").on_hover_text(hover);
+    let worked = if matches!(law, ClayLaw::Worked { .. }) { *law } else { WORKED };
+    let short = if law.is_as_published() { "Eq. 4-5 (unstable)" } else { law_name(*law) };
+    let combo = egui::ComboBox::from_id_salt("clay law").width(170.0).selected_text(short);
+    combo.show_ui(ui, |ui| {
+        for choice in [ClayLaw::Softened, worked, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD] {
+            ui.selectable_value(law, choice, law_name(choice));
+        }
+    });
+    ui.end_row();
+    if let ClayLaw::Worked { loss, rate, rest_time } = law {
+        LOSS.show(ui, loss);
+        RATE.show(ui, rate);
+        REST_TIME.show(ui, rest_time);
+    }
+}
 
 /// `material` with the clay of `preset`; the softening about tools, which belongs to the hand and not to the clay, stays.
 fn with_preset(material: &ClayMaterial, preset: Preset) -> ClayMaterial {
@@ -118,15 +192,13 @@ fn with_preset(material: &ClayMaterial, preset: Preset) -> ClayMaterial {
 pub(super) fn rows(ui: &mut egui::Ui, material: &mut ClayMaterial) {
     let before = *material;
     ui.label("clay").on_hover_text("Named clays. They set all but the softening.");
-    let named = PRESETS.iter().find(|(preset, _)| with_preset(material, *preset) == *material);
-    egui::ComboBox::from_id_salt("clay preset").width(170.0).selected_text(named.map_or("my own", |(_, name)| name)).show_ui(
-        ui,
-        |ui| {
-            for (preset, name) in PRESETS {
-                ui.selectable_value(material, with_preset(&before, preset), name);
-            }
-        },
-    );
+    let named = Preset::ALL.into_iter().find(|preset| with_preset(material, *preset) == *material);
+    let combo = egui::ComboBox::from_id_salt("clay preset").width(170.0);
+    combo.selected_text(named.map_or("my own", Preset::name)).show_ui(ui, |ui| {
+        for preset in Preset::ALL {
+            ui.selectable_value(material, with_preset(&before, preset), preset.name());
+        }
+    });
     ui.end_row();
     YIELD_STRESS.show(ui, &mut material.yield_stress);
     STIFFNESS.show(ui, &mut material.young_modulus);
@@ -134,6 +206,10 @@ pub(super) fn rows(ui: &mut egui::Ui, material: &mut ClayMaterial) {
     DENSITY.show(ui, &mut material.density);
     SOFTENING.show(ui, &mut material.softening);
     SOFTENING_LENGTH.show(ui, &mut material.softening_length);
+    HARDENING.show(ui, &mut material.hardening_modulus);
+    VISCOSITY.show(ui, &mut material.viscosity);
+    FLOW_INDEX.show(ui, &mut material.flow_index);
+    law_rows(ui, &mut material.law);
     if material.validate().is_err() {
         *material = before;
     }
@@ -147,16 +223,28 @@ mod tests {
     #[test]
     fn ends_of_ranges_are_materials() {
         type Field = fn(&mut ClayMaterial) -> &mut f64;
-        let fields: [(&Row, Field); 6] = [
+        fn worked(material: &mut ClayMaterial, index: usize) -> &mut f64 {
+            match &mut material.law {
+                ClayLaw::Worked { loss, rate, rest_time } => [loss, rate, rest_time].into_iter().nth(index).expect("three"),
+                other => panic!("{other:?}"),
+            }
+        }
+        let fields: [(&Row, Field); 12] = [
             (&YIELD_STRESS, |m| &mut m.yield_stress),
             (&STIFFNESS, |m| &mut m.young_modulus),
             (&POISSON, |m| &mut m.poisson_ratio),
             (&DENSITY, |m| &mut m.density),
             (&SOFTENING, |m| &mut m.softening),
             (&SOFTENING_LENGTH, |m| &mut m.softening_length),
+            (&HARDENING, |m| &mut m.hardening_modulus),
+            (&VISCOSITY, |m| &mut m.viscosity),
+            (&FLOW_INDEX, |m| &mut m.flow_index),
+            (&LOSS, |m| worked(m, 0)),
+            (&RATE, |m| worked(m, 1)),
+            (&REST_TIME, |m| worked(m, 2)),
         ];
         for ends in 0..1 << fields.len() {
-            let mut material = ClayMaterial::default();
+            let mut material = ClayMaterial { law: WORKED, ..ClayMaterial::default() };
             for (bit, (row, field)) in fields.iter().enumerate() {
                 let end = if ends >> bit & 1 == 0 { row.range.start() } else { row.range.end() };
                 *field(&mut material) = end * row.unit;
@@ -168,24 +256,48 @@ mod tests {
     /// The panel's presets are within the ranges: a slider that is touched does not jump.
     #[test]
     fn presets_are_within_the_ranges() {
-        for (preset, name) in PRESETS {
+        for preset in Preset::ALL {
             let m = preset.material();
-            let values = [
+            let mut values = vec![
                 (&YIELD_STRESS, m.yield_stress),
                 (&STIFFNESS, m.young_modulus),
                 (&POISSON, m.poisson_ratio),
                 (&DENSITY, m.density),
+                (&HARDENING, m.hardening_modulus),
+                (&VISCOSITY, m.viscosity),
+                (&FLOW_INDEX, m.flow_index),
             ];
-            assert!(values.iter().all(|(row, value)| row.range.contains(&(value / row.unit))), "{name}");
+            if let ClayLaw::Worked { loss, rate, rest_time } = m.law {
+                values.extend([(&LOSS, loss), (&RATE, rate), (&REST_TIME, rest_time)]);
+            }
+            for (row, value) in values {
+                assert!(row.range.contains(&(value / row.unit)), "{}: {}", preset.name(), row.name);
+            }
         }
+    }
+
+    /// Laws that are unstable say so where they are chosen, and plasticine is what worked clay begins as.
+    #[test]
+    fn laws_are_called_what_they_are() {
+        for law in [ClayLaw::Softened, WORKED, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD] {
+            assert_eq!(law_name(law).contains("unstable, for comparison"), law.is_as_published());
+        }
+        assert_eq!(Preset::Plasticine.material().law, WORKED);
     }
 
     /// Shown and not touched, the rows change nothing, not even what is out of their ranges.
     #[test]
     fn rows_left_alone_change_nothing() {
         let ctx = egui::Context::default();
-        for yield_stress in [8e3, 1e9, f64::INFINITY] {
-            let before = ClayMaterial { yield_stress, ..ClayMaterial::default() };
+        let never = ClayLaw::Worked { loss: 0.99, rate: 1e3, rest_time: f64::INFINITY };
+        for (yield_stress, law) in [
+            (8e3, ClayLaw::Softened),
+            (1e9, WORKED),
+            (f64::INFINITY, never),
+            (8e3, ClayLaw::AsPublished),
+            (8e3, ClayLaw::AsPublishedDefaultD),
+        ] {
+            let before = ClayMaterial { yield_stress, law, hardening_modulus: 1e9, viscosity: 1e7, ..ClayMaterial::default() };
             let mut material = before;
             for _ in 0..3 {
                 let _ = ctx.run_ui(egui::RawInput::default(), |ui| {

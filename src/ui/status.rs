@@ -91,6 +91,9 @@ fn trouble(ui: &mut egui::Ui, status: &ClayStatus) {
         None if status.health.is_empty() || status.health == "healthy" => say(ui, "healthy", ui.visuals().text_color()),
         None => say(ui, &status.health, ui.visuals().warn_fg_color),
     }
+    for warning in &status.warnings {
+        say(ui, warning, ui.visuals().warn_fg_color);
+    }
 }
 
 /// A curve of the last seconds under its name, with its last and its greatest value in numbers.

@@ -238,6 +238,7 @@ pub(crate) fn solid_tools() -> Vec<Agreement> {
         ToolShape::Sphere { radius: 3.2 * CELL },
         ToolShape::Capsule { radius: 2.1 * CELL, half_length: 2.5 * CELL },
         ToolShape::Box { half_size: DVec3::new(2.3, 1.7, 3.1) * CELL },
+        ToolShape::Cone { radius: 3.1 * CELL, half_height: 2.4 * CELL },
     ];
     for shape in shapes {
         for contact in [Contact::Stick, Contact::Slip, SEPARATE] {

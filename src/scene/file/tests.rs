@@ -15,7 +15,8 @@ fn shortest_scene_has_the_defaults() {
     let scene = Scene::from_ron(&format!("({CLAY}, cell_width: 0.004)")).expect("scene");
     assert_eq!((scene.particles_per_cell, scene.jitter, scene.frame_time), (8, 0.25, 1.0 / 60.0));
     assert_eq!(scene.walls.low, [Wall::Separate, Wall::Stick, Wall::Separate]);
-    assert_eq!((scene.gravity, scene.clay_material()), (DVec3::new(0.0, -9.81, 0.0), Preset::SoftClay.material()));
+    let (material, warnings) = scene.clay_material(Path::new(".")).expect("material");
+    assert_eq!((scene.gravity, material, warnings), (DVec3::new(0.0, -9.81, 0.0), Preset::SoftClay.material(), vec![]));
     assert_eq!((scene.outputs.surface.as_deref(), scene.outputs.tier), (Some("surface.stl"), Tier::Fine));
 }
 
@@ -39,7 +40,7 @@ fn every_field_is_read() {
     )"#;
     let scene = Scene::from_ron(text).expect("scene");
     assert_eq!((scene.clay.len(), scene.tools[0].keyframes.len(), scene.time_step), (3, 2, Some(1e-5)));
-    let material = scene.clay_material();
+    let (material, _) = scene.clay_material(Path::new(".")).expect("material");
     assert_eq!((material.density, material.softening, material.softening_length), (1000.0, 0.5, 0.01));
     assert_eq!((scene.walls.low[1], scene.walls.high[1], scene.inertia), (Wall::Stick, Wall::Separate, InertiaScaling::Fast));
     assert_eq!(scene.outputs, Outputs { surface: None, tier: Tier::Coarse, particles: false, metrics: true });
@@ -116,4 +117,28 @@ fn bad_clay_is_refused_with_line_and_field() {
 fn missing_scene_file_is_named() {
     let error = Scene::load(Path::new("nowhere/none.scene.ron")).expect_err("missing").to_string();
     assert!(error.starts_with("nowhere/none.scene.ron: "), "{error}");
+}
+
+/// A clay file is looked for beside the scene, then among the clays of the crate; what is odd about it and what is wrong with it is said as of the scene.
+#[test]
+fn material_comes_from_a_clay_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let material = |field: &str| {
+        let scene = Scene::from_ron(&format!("({CLAY}, cell_width: 0.004, {field})")).expect("scene");
+        scene.build(folder.path()).map(|built| (built.snapshot.material, built.warnings)).map_err(|e| e.to_string())
+    };
+    assert_eq!(material("material: File(\"wax.clay.ron\")"), Ok((Preset::Wax.material(), vec![])));
+    let softened = ClayMaterial { softening: 0.5, ..Preset::Wax.material() };
+    assert_eq!(material("material: File(\"wax.clay.ron\"), softening: 0.5"), Ok((softened, vec![])));
+    let write = |text: &str| std::fs::write(folder.path().join("wax.clay.ron"), text).expect("file");
+    write("(density: \"1 g/cm^3\",\ncolor: Red)");
+    let (own, warnings) = material("material: File(\"wax.clay.ron\")").expect("own");
+    assert_eq!(own, ClayMaterial { density: 1000.0, ..ClayMaterial::default() });
+    assert!(warnings.len() == 1 && warnings[0].ends_with("wax.clay.ron:2:1: unknown key `color` is left out"), "{warnings:?}");
+    write("(density: \"1 g\")");
+    let error = material("material: File(\"wax.clay.ron\")").expect_err("bad");
+    assert!(error.contains("wax.clay.ron:1:2: density = \"1 g\""), "{error}");
+    let error = material("material: File(\"lard.clay.ron\")").expect_err("missing");
+    assert!(error.starts_with("scene: material = \"lard.clay.ron\": is neither in ") && !error.contains('\n'), "{error}");
+    assert!(material("material: File(\"plasticine.clay.ron\"), softening: 0.1").is_ok());
 }

@@ -65,11 +65,13 @@ fn total_at(k: u32, axis: u32, inward: f32) -> vec2f {
     return total;
 }
 
-// Normal impulse of the wall on the clay if it folded this column.
+// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
 fn reaction(column_: Column, axis: u32) -> f32 {
     let ghost = total_at(column_.ghost, axis, column_.inward);
     let wall = total_at(column_.wall, axis, column_.inward);
     let mirror = total_at(column_.mirror, axis, column_.inward);
+    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
+    if ghost.y <= 0.0 { return 0.0; }
     let gravity = params.gravity[axis] * column_.inward;
     let mass = mirror.y + ghost.y;
     var velocity = 0.0;

@@ -196,6 +196,7 @@ impl GpuTool {
             ToolShape::Capsule { radius, half_length } => (1, radius, DVec3::Y * half_length),
             ToolShape::Box { half_size } => (2, 0.0, half_size),
             ToolShape::Blade { half_width, half_height } => (3, 0.0, DVec3::new(half_width, half_height, 0.0)),
+            ToolShape::Cone { radius, half_height } => (4, radius, DVec3::Y * half_height),
         };
         let (contact, friction) = match path.tool.contact {
             Contact::Stick => (0, 0.0),

@@ -18,7 +18,7 @@ const REACH_MIN: f64 = 1.0 / 4096.0;
 const MARGIN: f64 = 0.9;
 /// Re-binning less often than this gains nothing.
 const INTERVAL_MAX: u32 = 32;
-const _: () = assert!(AVERAGING_INTERVAL.is_power_of_two() && AVERAGING_INTERVAL.is_multiple_of(INTERVAL_MAX));
+const _: () = assert!(AVERAGING_INTERVAL.is_power_of_two());
 
 /// Fixed point scales, powers of two, and the bounds for which no sum overflows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,7 +96,7 @@ pub(super) fn interval(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Fo
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a small count")]
     let substeps = (MARGIN / travel.max(1e-9)).clamp(1.0, f64::from(INTERVAL_MAX)) as u32;
     // Volumes are averaged where the particles have just been sorted: a power of two divides the substeps between two averagings.
-    if plan.volume_averaging > 0.0 { 1 << substeps.ilog2() } else { substeps }
+    if plan.volume_averaging > 0.0 { 1 << substeps.min(AVERAGING_INTERVAL).ilog2() } else { substeps }
 }
 
 #[cfg(test)]

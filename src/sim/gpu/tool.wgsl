@@ -14,7 +14,7 @@ struct Tool {
     turn: mat3x3f, // end_rotation - start_rotation
     travel: vec3f, // from start to end
     radius: f32,
-    size: vec3f, // half the box; half width and height; half the capsule's axis in y
+    size: vec3f, // half the box; half width and height; half the capsule's axis or the cone's height in y
     spare: f32,
 }
 
@@ -22,6 +22,7 @@ const SPHERE: u32 = 0u;
 const CAPSULE: u32 = 1u;
 const BOX: u32 = 2u;
 const BLADE: u32 = 3u;
+const CONE: u32 = 4u;
 const STICK: u32 = 0u;
 const SLIP: u32 = 1u;
 
@@ -40,6 +41,32 @@ fn local_start(t: Tool, cell: vec3i, offset: vec3f) -> vec3f {
     return (vec3f(cell - t.start_cell) + (offset - t.start_offset)) * t.start_rotation;
 }
 
+// Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have it.
+fn cone(t: Tool, p: vec3f) -> vec4f {
+    let q = vec2f(length(p.xz), p.y);
+    var outward = vec3f(1.0, 0.0, 0.0);
+    if q.x > 0.0 { outward = vec3f(p.x, 0.0, p.z) / q.x; }
+    let tip = vec2f(0.0, -t.size.y);
+    let rim = vec2f(t.radius, t.size.y);
+    let slant = length(rim - tip);
+    let along = (rim - tip) / slant;
+    let s = dot(q - tip, along);
+    let beyond = dot(q - tip, vec2f(along.y, -along.x));
+    let above = q.y - t.size.y;
+    let flank = vec4f(outward * along.y - vec3f(0.0, along.x, 0.0), beyond);
+    let end = vec4f(0.0, 1.0, 0.0, above);
+    if above < 0.0 && beyond < 0.0 {
+        if above > beyond { return end; }
+        return flank;
+    }
+    if above >= 0.0 && q.x <= t.radius { return end; }
+    if above < 0.0 && s > 0.0 && s < slant { return flank; }
+    var edge = rim;
+    if above < 0.0 && s <= 0.0 { edge = tip; }
+    let d = q - edge;
+    return vec4f(outward * d.x + vec3f(0.0, d.y, 0.0), length(d));
+}
+
 // Signed distance to a solid shape; to a blade, the unsigned one.
 fn distance_to(t: Tool, q: vec3f) -> f32 {
     switch t.shape {
@@ -49,6 +76,7 @@ fn distance_to(t: Tool, q: vec3f) -> f32 {
             let d = abs(q) - t.size;
             return length(max(d, vec3f(0.0))) + min(max(d.x, max(d.y, d.z)), 0.0);
         }
+        case CONE { return cone(t, q).w; }
         default { return length(q - vec3f(clamp(q.xy, -t.size.xy, t.size.xy), 0.0)); }
     }
 }
@@ -65,6 +93,8 @@ fn normal_at(t: Tool, q: vec3f) -> vec3f {
             if d.x >= d.y && d.x >= d.z { g = vec3f(1.0, 0.0, 0.0); } else if d.y >= d.z { g = vec3f(0.0, 1.0, 0.0); } else { g = vec3f(0.0, 0.0, 1.0); }
         }
         g *= select(vec3f(-1.0), vec3f(1.0), q >= vec3f(0.0));
+    } else if t.shape == CONE {
+        g = cone(t, q).xyz;
     }
     let l = length(g);
     if l > 0.0 { return g / l; }

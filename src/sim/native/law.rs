@@ -5,6 +5,9 @@
 
 use super::simd::F8;
 
+#[cfg(test)]
+mod properties;
+
 /// A symmetric tensor of eight particles: xx yy zz xy xz yz.
 pub(super) type Sym8 = [F8; 6];
 

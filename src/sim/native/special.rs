@@ -153,13 +153,17 @@ impl Classes {
         classes
     }
 
-    /// Normal impulse of the wall on the clay if it folded this column.
+    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
     fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
         let total = |k: usize| {
             let sum = self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
             (sum.mass, sum.momentum[c.axis] * c.inward)
         };
         let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (total(c.ghost), total(c.wall), total(c.mirror));
+        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
+        if m_ghost <= 0.0 {
+            return 0.0;
+        }
         let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;
         let mass = m_mirror + m_ghost;
         let velocity = if mass > 0.0 { (mirror - ghost) / mass + gravity } else { 0.0 };

@@ -18,6 +18,7 @@ pub(super) fn begin(particles: &[Particle], plan: &FramePlan) -> FrameReport {
         dt: plan.dt,
         steps: plan.steps,
         particle_count: particles.len(),
+        density_scale: plan.density_scale,
         momentum_before: momentum(particles, plan),
         tools: plan.tools.iter().map(|path| ToolReport { id: path.id, ..ToolReport::default() }).collect(),
         ..FrameReport::default()

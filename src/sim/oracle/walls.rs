@@ -7,7 +7,9 @@
 //!
 //! Each class folds apart, so that the two sides of a cut stay apart at a wall. The reaction of the wall along its normal is what
 //! folding changes of the column's momentum, all classes together: with mirror +, wall node 0, ghost - and gravity's step `g' = g h rho / rho_s`,
-//! `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` where `v = (p+ - p-) / (m+ + m-) + g'`. A separating wall folds only while it pushes.
+//! `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` where `v = (p+ - p-) / (m+ + m-) + g'`. A separating wall folds only while it pushes,
+//! and clay reaches the ghost, which is within half a cell of the wall: clay further off shares the wall node with its image, and came to rest one
+//! cell above the floor where that was taken for contact.
 
 use super::super::params::Wall;
 use super::grid::{Grid, Sum};
@@ -71,6 +73,9 @@ fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &S
         (classes.iter().map(|sum| sum.mass).sum::<f64>(), classes.iter().map(momentum).sum::<f64>())
     };
     let [(ghost_mass, ghost), (wall_mass, wall), (mirror_mass, mirror)] = [column.ghost, column.wall, column.mirror].map(total);
+    if ghost_mass <= 0.0 {
+        return 0.0;
+    }
     let folded_mass = mirror_mass + ghost_mass;
     let velocity = if folded_mass > 0.0 { (mirror - ghost) / folded_mass + gravity } else { 0.0 };
     (mirror_mass - ghost_mass) * velocity - (mirror + wall + ghost) - (folded_mass + wall_mass) * gravity

@@ -1,7 +1,7 @@
 //! Tool shapes and their exact signed distances.
 
 use super::super::params::ParamsError;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take part in the contact, so that the
@@ -37,6 +37,13 @@ pub enum ToolShape {
         /// Half the extent along local Y [m].
         half_height: f64,
     },
+    /// A solid cone about the local Y axis, its tip at the low end.
+    Cone {
+        /// Radius of the flat end, at +`half_height` [m].
+        radius: f64,
+        /// Half the way from the tip, at -`half_height`, to the flat end [m].
+        half_height: f64,
+    },
 }
 
 impl ToolShape {
@@ -55,6 +62,7 @@ impl ToolShape {
                 let on = DVec3::new(local.x.clamp(-half_width, half_width), local.y.clamp(-half_height, half_height), 0.0);
                 local.distance(on)
             }
+            Self::Cone { radius, half_height } => cone(radius, half_height, local).0,
         }
     }
 
@@ -78,6 +86,7 @@ impl ToolShape {
                 g * DVec3::new(1f64.copysign(local.x), 1f64.copysign(local.y), 1f64.copysign(local.z))
             }
             Self::Blade { .. } => DVec3::Z,
+            Self::Cone { radius, half_height } => cone(radius, half_height, local).1,
         };
         gradient.try_normalize().unwrap_or(DVec3::Y)
     }
@@ -91,6 +100,7 @@ impl ToolShape {
             Self::Blade { half_width, half_height } => {
                 Self::Blade { half_width: half_width * factor, half_height: half_height * factor }
             }
+            Self::Cone { radius, half_height } => Self::Cone { radius: radius * factor, half_height: half_height * factor },
         }
     }
 
@@ -106,6 +116,7 @@ impl ToolShape {
             Self::Capsule { radius, half_length } => radius + half_length,
             Self::Box { half_size } => half_size.length(),
             Self::Blade { half_width, half_height } => half_width.hypot(half_height),
+            Self::Cone { radius, half_height } => radius.hypot(half_height),
         }
     }
 
@@ -123,18 +134,46 @@ impl ToolShape {
             Self::Capsule { radius, half_length } => check("radius", radius).and(check("half_length", half_length)),
             Self::Box { half_size } => half_size.to_array().into_iter().try_for_each(|h| check("half_size", h)),
             Self::Blade { half_width, half_height } => check("half_width", half_width).and(check("half_height", half_height)),
+            Self::Cone { radius, half_height } => check("radius", radius).and(check("half_height", half_height)),
         }
     }
+}
+
+/// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local` and the axis the cone is a triangle: the slant
+/// from the tip to the rim, and the flat end.
+fn cone(radius: f64, half_height: f64, local: DVec3) -> (f64, DVec3) {
+    let q = DVec2::new(local.x.hypot(local.z), local.y);
+    // On the axis the slant's normal has no direction of its own.
+    let outward = if q.x > 0.0 { DVec3::new(local.x, 0.0, local.z) / q.x } else { DVec3::X };
+    let space = |n: DVec2| outward * n.x + DVec3::Y * n.y;
+    let (tip, rim) = (DVec2::new(0.0, -half_height), DVec2::new(radius, half_height));
+    let slant = (rim - tip).length();
+    let along = (rim - tip) / slant;
+    let normal = DVec2::new(along.y, -along.x);
+    let (s, beyond) = ((q - tip).dot(along), (q - tip).dot(normal));
+    let above = q.y - half_height;
+    if above < 0.0 && beyond < 0.0 {
+        return if above > beyond { (above, DVec3::Y) } else { (beyond, space(normal)) };
+    }
+    if above >= 0.0 && q.x <= radius {
+        return (above, DVec3::Y);
+    }
+    if above < 0.0 && s > 0.0 && s < slant {
+        return (beyond, space(normal));
+    }
+    let edge = if above < 0.0 && s <= 0.0 { tip } else { rim };
+    ((q - edge).length(), space(q - edge))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SHAPES: [ToolShape; 3] = [
+    const SHAPES: [ToolShape; 4] = [
         ToolShape::Sphere { radius: 0.7 },
         ToolShape::Capsule { radius: 0.3, half_length: 0.5 },
         ToolShape::Box { half_size: DVec3::new(0.3, 0.5, 0.2) },
+        ToolShape::Cone { radius: 0.4, half_height: 0.3 },
     ];
 
     /// Stepping back along the normal by the distance reaches the surface, from outside and inside.
@@ -156,6 +195,20 @@ mod tests {
         let blade = ToolShape::Blade { half_width: 1.0, half_height: 2.0 };
         assert_eq!(blade.distance(DVec3::new(0.5, -1.0, -0.25)), 0.25);
         assert_eq!(blade.distance(DVec3::new(4.0, 0.0, 4.0)), 5.0);
+    }
+
+    /// Off its tip, its slant, its rim and its flat end.
+    #[test]
+    fn cone_distance_is_to_its_nearest_part() {
+        let cone = ToolShape::Cone { radius: 3.0, half_height: 2.0 };
+        let is =
+            |local, distance: f64| assert!((cone.distance(local) - distance).abs() < 1e-12, "{local}: {}", cone.distance(local));
+        is(DVec3::new(0.0, -3.0, 0.0), 1.0);
+        // Half way up the slant of 3 by 4, along its normal (4, -3) / 5.
+        is(DVec3::new(0.0, 0.0, 1.5) + DVec3::new(0.0, -0.6, 0.8) * 0.5, 0.5);
+        is(DVec3::new(6.0, 6.0, 0.0), 5.0);
+        is(DVec3::new(1.0, 2.5, 1.0), 0.5);
+        is(DVec3::new(0.1, 1.9, 0.0), -0.1);
     }
 
     #[test]

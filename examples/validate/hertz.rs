@@ -1,0 +1,81 @@
+//! Hertz's contact: an elastic ball between two flat rigid plates, as an octant between slip walls.
+
+use crate::lab::{DX, Lab, Mover, Size, carved, elastic, room_with, snapshot, wave_step};
+use crate::report::Row;
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec3};
+use std::f64::consts::PI;
+
+/// Radius of the ball [cells].
+const RADIUS: f64 = 32.0;
+/// How far a plate is pressed in, of the radius.
+const DEPTHS: [f64; 7] = [0.0125, 0.01875, 0.025, 0.03125, 0.0375, 0.04375, 0.05];
+
+/// Force of a plate [N] at each depth, at rest.
+fn forces(material: &ClayMaterial) -> Option<Vec<f64>> {
+    let walls = Walls { low: [Wall::Slip; 3], high: [Wall::Separate; 3] };
+    let cells = RADIUS as i32 + 4;
+    let domain = room_with([cells; 3], walls);
+    let particles = carved(glam::IVec3::splat(cells), &|x| x.length() < RADIUS);
+    let mut lab = Lab::new(&snapshot(domain, *material, particles), wave_step(material, 0.35));
+    // Slowest wave: to the far plate and back, twice. Damped to 0.7 of critical.
+    let period = 4.0 * RADIUS * DX / material.wave_speed(material.density);
+    lab.plan.validation.damping = 1.4 * 2.0 * PI / period;
+    let steps = |periods: f64| (periods * period / lab.plan.dt) as u32;
+    let (move_steps, rest_steps, mean_steps) = (steps(0.5), steps(1.0), steps(0.25));
+    let plate = ToolShape::Box { half_size: DVec3::new(RADIUS, 2.0, RADIUS) };
+    let contact = Contact::Separate { friction: 0.0 };
+    let mut mover = Mover::new(&domain, plate, contact, DVec3::Y * (RADIUS + 2.5), DQuat::IDENTITY);
+    let mut found = vec![];
+    let mut at = -0.5;
+    for depth in DEPTHS {
+        let way = (depth * RADIUS - at) * DX;
+        at = depth * RADIUS;
+        mover.velocity = DVec3::NEG_Y * way / (f64::from(move_steps) * lab.plan.dt);
+        let mut health = lab.frame_moving(move_steps, &mut mover).health;
+        mover.velocity = DVec3::ZERO;
+        health.insert(lab.frame_moving(rest_steps, &mut mover).health);
+        let report = lab.frame_moving(mean_steps, &mut mover);
+        health.insert(report.health);
+        if !health.is_ok() {
+            return None;
+        }
+        // A quarter of each plate's contact lies in the octant.
+        found.push(4.0 * report.tools[0].force.y);
+    }
+    Some(found)
+}
+
+/// Exponent and offset of the best `F ~ (d + offset)^exponent`, d and the offset in cells: least squares of the logarithm.
+fn fit(forces: &[f64]) -> (f64, f64) {
+    let line = |offset: f64| {
+        let points: Vec<(f64, f64)> = DEPTHS.iter().zip(forces).map(|(d, f)| ((d * RADIUS + offset).ln(), f.ln())).collect();
+        let n = points.len() as f64;
+        let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
+        let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - x) * (p.1 - y), s.1 + (p.0 - x).powi(2)));
+        let slope = xy / xx;
+        (points.iter().map(|p| (p.1 - y - slope * (p.0 - x)).powi(2)).sum::<f64>(), slope)
+    };
+    let offsets = (-350..=1000).map(|i| f64::from(i) * 1e-3);
+    let best = offsets.min_by(|a, b| line(*a).0.total_cmp(&line(*b).0)).unwrap_or(f64::NAN);
+    (line(best).1, best)
+}
+
+/// Exponent, offset and force against `F = 4/3 E* sqrt(R) d^1.5`.
+pub(crate) fn contact(size: Size) -> Vec<Row> {
+    if size != Size::Full {
+        return vec![];
+    }
+    let material = elastic(0.3);
+    let found = forces(&material).unwrap_or_else(|| vec![f64::NAN; DEPTHS.len()]);
+    let (exponent, offset) = fit(&found);
+    let modulus = material.young_modulus / (1.0 - material.poisson_ratio.powi(2));
+    let hertz = |depth: f64| 4.0 / 3.0 * modulus * (RADIUS * DX).sqrt() * (depth * DX).powf(1.5);
+    let error = |(d, f): (&f64, &f64)| (f / hertz(d * RADIUS + offset) - 1.0).abs();
+    let worst = DEPTHS.iter().zip(&found).map(error).fold(0.0, f64::max);
+    vec![
+        Row::at_most("Hertz: exponent of the force, off 1.5 by", (exponent - 1.5).abs(), "-", 0.05),
+        Row::at_most("Hertz: contact offset", offset.abs(), "cells", 0.5),
+        Row::at_most("Hertz: force", worst, "relative", 0.05),
+    ]
+}

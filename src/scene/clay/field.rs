@@ -1,0 +1,77 @@
+//! The keys of a clay file.
+
+use super::unit::Dimension;
+use crate::sim::material::{ClayLaw, ClayMaterial};
+
+/// What stands behind a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Number(Dimension),
+    Law,
+}
+
+/// A key.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Field {
+    pub(super) name: &'static str,
+    pub(super) kind: Kind,
+}
+
+const fn number(name: &'static str, dimension: Dimension) -> Field {
+    Field { name, kind: Kind::Number(dimension) }
+}
+
+/// The keys of a file: where it starts from, its name, and the fields of [`ClayMaterial`].
+pub(super) const FIELDS: [Field; 12] = [
+    Field { name: "extends", kind: Kind::Text },
+    Field { name: "name", kind: Kind::Text },
+    number("density", Dimension::Density),
+    number("young_modulus", Dimension::Stress),
+    number("poisson_ratio", Dimension::Ratio),
+    number("yield_stress", Dimension::Stress),
+    number("softening", Dimension::Ratio),
+    number("softening_length", Dimension::Length),
+    number("hardening_modulus", Dimension::Stress),
+    number("viscosity", Dimension::Consistency),
+    number("flow_index", Dimension::Ratio),
+    Field { name: "law", kind: Kind::Law },
+];
+
+/// The laws by name.
+pub(super) const LAWS: [&str; 4] = ["Softened", "Worked", "AsPublished", "AsPublishedDefaultD"];
+
+/// The numbers of `Worked`.
+pub(super) const WORKED: [Field; 3] =
+    [number("loss", Dimension::Ratio), number("rate", Dimension::Ratio), number("rest_time", Dimension::Time)];
+
+/// The number of `material` with this name.
+pub(super) fn number_mut<'a>(material: &'a mut ClayMaterial, name: &str) -> Option<&'a mut f64> {
+    Some(match name {
+        "density" => &mut material.density,
+        "young_modulus" => &mut material.young_modulus,
+        "poisson_ratio" => &mut material.poisson_ratio,
+        "yield_stress" => &mut material.yield_stress,
+        "softening" => &mut material.softening,
+        "softening_length" => &mut material.softening_length,
+        "hardening_modulus" => &mut material.hardening_modulus,
+        "viscosity" => &mut material.viscosity,
+        "flow_index" => &mut material.flow_index,
+        _ => return None,
+    })
+}
+
+/// The law of this name, `Worked` with the numbers that `numbers` gives or `before` has; else the name of the one that is missing.
+pub(super) fn law(name: &str, numbers: impl Fn(&str) -> Option<f64>, before: ClayLaw) -> Result<ClayLaw, &'static str> {
+    let mut kept = [None; 3];
+    if let ClayLaw::Worked { loss, rate, rest_time } = before {
+        kept = [Some(loss), Some(rate), Some(rest_time)];
+    }
+    let number = |index: usize| numbers(WORKED[index].name).or(kept[index]).ok_or(WORKED[index].name);
+    Ok(match name {
+        "Worked" => ClayLaw::Worked { loss: number(0)?, rate: number(1)?, rest_time: number(2)? },
+        "AsPublished" => ClayLaw::AsPublished,
+        "AsPublishedDefaultD" => ClayLaw::AsPublishedDefaultD,
+        _ => ClayLaw::Softened,
+    })
+}
