@@ -137,7 +137,7 @@ pub(crate) fn cut_slope(size: Size) -> Vec<Row> {
 /// The slump of a cylinder as high as wide on a rough floor: `s / H = 1 - 2 t (1 - ln 2 t)`, `t = k / (rho g H)` (Murata 1984, Pashias et al. 1996).
 pub(crate) fn cylinder(size: Size) -> Vec<Row> {
     let height = 24;
-    // 16 cells are 19 % low at 0.15: too few for the limit, so that `--quick` has no such row.
+    // 16 cells are 19 % off at 0.15: too few for the limit, so that `--quick` has no such row.
     let strengths: &[f64] = size.pick(&[], &[], &[0.05, 0.1, 0.15, 0.2]);
     let row = |t: &f64| {
         let expected = 1.0 - 2.0 * t * (1.0 - (2.0 * t).ln());
