@@ -29,7 +29,7 @@
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
 //!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
 //!       first, each class apart: mass adds, the normal momentum subtracts, the tangential adds (slip, separate) or subtracts (stick).
-//!       A separating wall folds a column of three nodes only while clay reaches its ghost (it is within half a cell of the wall) and its reaction, of the classes' totals,
+//!       A separating wall folds a column of three nodes only while clay reaches its ghost, within half a cell of the wall (more than [`WALL_TOUCH`](params::WALL_TOUCH) of the column's mass), and its reaction, of the classes' totals,
 //!       `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` with `v = (p+ - p-) / (m+ + m-) + g'` is positive: `+` mirror, `0` wall node, `-` ghost, `p`
 //!       the normal momenta away from the wall, `g' = g h (rho / rho_s)` along it; else that column has no wall in this substep.
 //!    2. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that

@@ -16,6 +16,10 @@ pub const PADDING: i32 = 3 * BLOCK;
 /// The largest grid edge [cells]; the block table of a 1024^3 grid takes 64 MiB.
 pub const CELLS_MAX: i32 = 1024;
 
+/// Least share of a column's mass at its ghost node [-] for a separating wall to touch the clay. Not 0: sums of fixed point lose what is less than
+/// 1e-7, and engines would not agree on the substep in which a wall begins to push.
+pub const WALL_TOUCH: f64 = 1e-4;
+
 /// What stands at one face of the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wall {

@@ -71,7 +71,7 @@ fn reaction(column_: Column, axis: u32) -> f32 {
     let wall = total_at(column_.wall, axis, column_.inward);
     let mirror = total_at(column_.mirror, axis, column_.inward);
     // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
-    if ghost.y <= 0.0 { return 0.0; }
+    if ghost.y <= WALL_TOUCH * (ghost.y + wall.y + mirror.y) { return 0.0; }
     let gravity = params.gravity[axis] * column_.inward;
     let mass = mirror.y + ghost.y;
     var velocity = 0.0;

@@ -1,5 +1,6 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
+use super::super::params::WALL_TOUCH;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
 use super::pass::Pass;
@@ -41,7 +42,9 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "const {name}: u32 = {value}u;");
     }
-    for (name, value) in [("BAND", BAND), ("CONTACT_OFFSET", CONTACT_OFFSET), ("CUT_FRICTION", CUT_FRICTION)] {
+    let lengths =
+        [("BAND", BAND), ("CONTACT_OFFSET", CONTACT_OFFSET), ("CUT_FRICTION", CUT_FRICTION), ("WALL_TOUCH", WALL_TOUCH)];
+    for (name, value) in lengths {
         let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
     }
     text.push_str(include_str!("prelude.wgsl"));

@@ -2,7 +2,7 @@
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
-use super::super::params::{BLOCK, Domain, Wall};
+use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
 use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION};
 use super::contact::ToolNow;
 use super::grid::{GridReport, GridStep, Nodes, local};
@@ -161,7 +161,7 @@ impl Classes {
         };
         let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (total(c.ghost), total(c.wall), total(c.mirror));
         // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
-        if m_ghost <= 0.0 {
+        if m_ghost <= WALL_TOUCH * (m_ghost + m_wall + m_mirror) {
             return 0.0;
         }
         let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;

@@ -11,7 +11,7 @@
 //! and clay reaches the ghost, which is within half a cell of the wall: clay further off shares the wall node with its image, and came to rest one
 //! cell above the floor where that was taken for contact.
 
-use super::super::params::Wall;
+use super::super::params::{WALL_TOUCH, Wall};
 use super::grid::{Grid, Sum};
 use super::tools::Surroundings;
 use glam::{DVec3, IVec3};
@@ -73,7 +73,7 @@ fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &S
         (classes.iter().map(|sum| sum.mass).sum::<f64>(), classes.iter().map(momentum).sum::<f64>())
     };
     let [(ghost_mass, ghost), (wall_mass, wall), (mirror_mass, mirror)] = [column.ghost, column.wall, column.mirror].map(total);
-    if ghost_mass <= 0.0 {
+    if ghost_mass <= WALL_TOUCH * (ghost_mass + wall_mass + mirror_mass) {
         return 0.0;
     }
     let folded_mass = mirror_mass + ghost_mass;
