@@ -191,8 +191,9 @@ pub(crate) fn column(size: Size) -> Vec<Row> {
     if !lab::is_gpu() {
         let clamped = Column { clamped_walls: true, ..column }.settle();
         let (displacement, stress) = (clamped.displacement / settled.displacement, clamped.stress / settled.stress);
+        // Displacement is first order against second, stress half an order against first: the stress parts less, least on few cells.
         rows.push(Row::at_least(name("displacement, clamped over mirrored error"), displacement, "-", 5.0));
-        rows.push(Row::at_least(name("stress, clamped over mirrored error"), stress, "-", 5.0));
+        rows.push(Row::at_least(name("stress, clamped over mirrored error"), stress, "-", 3.0));
     }
     rows
 }
