@@ -91,7 +91,7 @@ pub enum MaterialChoice {
     Preset(Preset),
     /// Values, as in `Values(density: 1700, young_modulus: 4.4e5, poisson_ratio: 0.45, yield_stress: 8e3)`.
     Values(#[serde(deserialize_with = "checked")] ClayMaterial),
-    /// A clay file, as in `File("wax.clay.ron")`: in the scene file's folder, else in `assets/clays` or of this crate ([`clay`](super::clay)).
+    /// A clay file, as in `File("wax.clay.ron")`: in the scene file's folder, else in `assets/clays` or of this crate ([`super::clay`]).
     File(String),
 }
 
