@@ -5,8 +5,7 @@
 use super::contact::Moment;
 use super::law;
 use super::passes::{ParticleStep, work};
-use super::simd::F8;
-use super::state::{Cold, Hot, State, split};
+use super::state::{Cold, Hot, State, split, strains};
 use rayon::prelude::*;
 
 /// Particles whose deviator is at least this share of the yield's [-] flow.
@@ -32,13 +31,7 @@ pub(super) fn average_volumes(s: &ParticleStep<'_>, state: &mut State, share: f6
 fn flowing_logs(s: &ParticleStep<'_>, hot: &[Hot], cold: &[Cold], is_softened: bool) -> Vec<Option<f64>> {
     let mut logs = Vec::with_capacity(hot.len());
     for (hot, cold) in hot.chunks(8).zip(cold.chunks(8)) {
-        let mut strain = [F8::ZERO; 6];
-        for (k, h) in hot.iter().enumerate() {
-            for i in 0..6 {
-                strain[i].0[k] = h.strain[i];
-            }
-        }
-        let (norm2, trace) = law::hencky_invariants(&strain);
+        let (norm2, trace) = law::hencky_invariants(&strains(hot));
         logs.extend(hot.iter().zip(cold).enumerate().map(|(k, (h, c))| {
             let deviator = (norm2.0[k] - trace.0[k] * trace.0[k] / 3.0).max(0.0).sqrt();
             let flows = deviator >= FLOWING * s.yield_norm(h, c, is_softened, Moment::Start);

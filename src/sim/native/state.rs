@@ -5,6 +5,8 @@
 
 use super::super::params::{BLOCK, Domain};
 use super::super::snapshot::{Particle, Tag};
+use super::law::Sym8;
+use super::simd::F8;
 use glam::IVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -40,6 +42,18 @@ pub(super) struct Cold {
     pub tags: [Tag; 2],
     pub structure: f32,
     pub rest_volume: f32,
+}
+
+/// Elastic strains of up to eight particles, lane by lane; idle lanes are unstrained.
+#[inline(always)]
+pub(super) fn strains(particles: &[Hot]) -> Sym8 {
+    let mut strain = [F8::ZERO; 6];
+    for (k, p) in particles.iter().enumerate() {
+        for i in 0..6 {
+            strain[i].0[k] = p.strain[i];
+        }
+    }
+    strain
 }
 
 /// A particle's class: whose node sums it belongs to.

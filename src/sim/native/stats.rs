@@ -3,8 +3,7 @@
 use super::super::params::Domain;
 use super::super::sums::ParticleSums;
 use super::law;
-use super::simd::F8;
-use super::state::{Cold, Hot, unpack_cell};
+use super::state::{Cold, Hot, strains, unpack_cell};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
@@ -23,13 +22,7 @@ fn sums_of_chunk(domain: &Domain, hot: &[Hot], cold: &[Cold]) -> ParticleSums {
     // A quadratic spline's inertia: sum of w (x_i - x_p)^2 = dx^2 / 4 along each axis.
     let inertia = domain.cell_width * domain.cell_width / 4.0;
     for (hot, cold) in hot.chunks(8).zip(cold.chunks(8)) {
-        let mut strain = [F8::ZERO; 6];
-        for (k, h) in hot.iter().enumerate() {
-            for i in 0..6 {
-                strain[i].0[k] = h.strain[i];
-            }
-        }
-        let (norm2, trace) = law::hencky_invariants(&strain);
+        let (norm2, trace) = law::hencky_invariants(&strains(hot));
         for (k, (h, c)) in hot.iter().zip(cold).enumerate() {
             let volume = f64::from(c.rest_volume);
             let v = DVec3::from_array(c.velocity.map(f64::from));
