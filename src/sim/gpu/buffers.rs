@@ -83,9 +83,14 @@ fn record_bytes(particles: u32) -> u64 {
     u64::from(particles) * size_of::<Particle>() as u64
 }
 
-/// Bytes of the largest buffer of nodes.
+/// Bytes of 16 for every node and class.
 fn node_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes) * 64 * 16
+}
+
+/// Bytes of the node sums, with the moments of the gap behind them.
+fn sum_bytes(size: NodeSize) -> u64 {
+    node_bytes(size) + words(size.slots * 64)
 }
 
 /// Bytes of the tools' poses in one submission.
@@ -111,8 +116,8 @@ pub(super) fn check_limits(limits: &wgpu::Limits, particles: u32, domain: &Domai
     let blocks = domain.blocks().as_i64vec3();
     let table = (blocks.x * blocks.y * blocks.z).unsigned_abs();
     device::check(name, room, 4 * table, Some(format!("{} blocks of 4 cells cubed in the room", room / 4)))?;
-    let slots = room / node_bytes(NodeSize { slots: 1, ..size });
-    device::check(name, room, node_bytes(size), Some(format!("{slots} blocks of 4 cells cubed with clay")))?;
+    let slots = room / sum_bytes(NodeSize { slots: 1, ..size });
+    device::check(name, room, sum_bytes(size), Some(format!("{slots} blocks of 4 cells cubed with clay")))?;
     let tools = room / tool_bytes(1);
     device::check(name, room, tool_bytes(size.tools), Some(format!("{tools} tools")))?;
     device::check("max_compute_workgroups_per_dimension squared", groups, u64::from(size.slots), None)
@@ -216,6 +221,7 @@ impl Buffers {
             | Id::Average
             | Id::Tags
             | Id::P2g
+            | Id::Gaps
             | Id::G2p
             | Id::Store
             | Id::Total => groups(self.particle_count),
@@ -242,7 +248,7 @@ impl Nodes {
         let counts = make("cell counts", words(size.slots * 64));
         let side_slots = if size.classes > 1 { size.slots } else { 1 };
         Self {
-            sums: make("sums", node_bytes(size)),
+            sums: make("sums", sum_bytes(size)),
             velocities: make("velocities", node_bytes(size)),
             impulses: make("impulses", u64::from(size.slots) * u64::from(2 + 2 * size.tools) * 16),
             masses: make("masses", 2 * words(size.slots)),

@@ -78,6 +78,7 @@ impl<'a> Encoding<'a> {
         self.upload(part);
         let variant = |s: u32| Variant { state: part.swaps(s) as usize % 2, source: self.work.source, cells: false };
         let (mut v, cuts, blades) = (variant(part.first), self.work.kernels.classes > 1, self.has_blades());
+        let separating = self.work.plan.tools.iter().any(|path| path.tool.separates());
         if self.work.clears_flags {
             encoder.clear_buffer(&self.work.buffers.status, 0, None);
         }
@@ -103,6 +104,9 @@ impl<'a> Encoding<'a> {
                 passes.push((Id::Tags, v));
             }
             passes.push((Id::P2g, v));
+            if separating {
+                passes.push((Id::Gaps, v));
+            }
             let scattered = passes.len();
             if cuts {
                 passes.push((Id::Sides, v));

@@ -1,7 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
 use super::super::params::WALL_TOUCH;
-use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION};
+use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_LAYERS, TOUCH_OFFSET, TOUCH_REACH};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
 use super::pass::Pass;
 use crate::sim::snapshot::Particle;
@@ -18,6 +18,7 @@ pub(super) mod part {
     pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
     pub(in super::super) const LAW: &str = include_str!("law.wgsl");
     pub(in super::super) const TOOL: &str = include_str!("tool.wgsl");
+    pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
     pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
 }
@@ -42,8 +43,16 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "const {name}: u32 = {value}u;");
     }
-    let lengths =
-        [("BAND", BAND), ("CONTACT_OFFSET", CONTACT_OFFSET), ("CUT_FRICTION", CUT_FRICTION), ("WALL_TOUCH", WALL_TOUCH)];
+    let lengths = [
+        ("BAND", BAND),
+        ("CONTACT_OFFSET", CONTACT_OFFSET),
+        ("CUT_FRICTION", CUT_FRICTION),
+        ("TOUCH_FADE", TOUCH_FADE),
+        ("TOUCH_LAYERS", TOUCH_LAYERS),
+        ("TOUCH_OFFSET", TOUCH_OFFSET),
+        ("TOUCH_REACH", TOUCH_REACH),
+        ("WALL_TOUCH", WALL_TOUCH),
+    ];
     for (name, value) in lengths {
         let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
     }

@@ -1,7 +1,7 @@
 //! Tools as the grid meets them: in cells and substeps, at the pose of the substep's end.
 
 use super::super::params::{BLOCK, Domain};
-use super::super::tool::{BAND, Blade, CONTACT_OFFSET, Contact, Motion, Pose, ToolPath, ToolShape};
+use super::super::tool::{BAND, Blade, Contact, Motion, Pose, ToolPath, ToolShape};
 use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
 
@@ -63,6 +63,11 @@ impl ToolNow {
         a.min(b) <= reach + travel
     }
 
+    /// Whether it is a solid tool that clay can leave.
+    pub(super) fn separates(&self) -> bool {
+        self.blade.is_none() && matches!(self.contact, Contact::Separate { .. })
+    }
+
     /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface normal `n` towards the clay.
     pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
         let tool = self.motion.velocity_at(world) + self.growth * n;
@@ -81,11 +86,12 @@ impl ToolNow {
         }
     }
 
-    /// Normal of a solid tool at a node it touches, if it does.
-    pub(super) fn touch(&self, world: DVec3) -> Option<DVec3> {
+    /// Distance [cells] and normal of a solid tool at a node in its reach.
+    pub(super) fn touch(&self, world: DVec3) -> Option<(f64, DVec3)> {
         let local = self.motion.end.to_local(world);
-        let touches = self.blade.is_none() && self.shape.distance(local) < CONTACT_OFFSET;
-        touches.then(|| self.motion.end.rotation * self.shape.normal(local))
+        let distance = self.shape.distance(local);
+        let touches = self.blade.is_none() && distance < self.contact.offset();
+        touches.then(|| (distance, self.motion.end.rotation * self.shape.normal(local)))
     }
 }
 

@@ -14,6 +14,7 @@
 
 mod averaging;
 mod contact;
+mod gaps;
 mod grid;
 mod kernel;
 mod law;

@@ -8,6 +8,7 @@ use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
 use super::averaging;
 use super::contact::{Moment, ToolNow};
+use super::gaps::Gaps;
 use super::grid::{Grid, GridReport, GridStep, Tiles};
 use super::kernel::{self, Step, Working};
 use super::law::{Flow, Law};
@@ -194,7 +195,8 @@ impl Solver {
     fn update_grid(&mut self, step: &GridStep, tools: &[ToolNow], tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
         let domain = self.domain;
-        let meeting = Meeting { domain: &domain, tools };
+        let gaps = Gaps::new(&self.state, tools);
+        let meeting = Meeting { domain: &domain, tools, gaps: &gaps };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));
@@ -204,7 +206,8 @@ impl Solver {
         }
         if self.travel + report.speed_max > MARGIN {
             self.sort(tally);
-            report = self.grid.update(&self.state, &self.tiles, step, &meeting);
+            let gaps = Gaps::new(&self.state, tools);
+            report = self.grid.update(&self.state, &self.tiles, step, &Meeting { gaps: &gaps, ..meeting });
         }
         tally.timings.grid += began.elapsed().as_secs_f64();
         Ok(report)

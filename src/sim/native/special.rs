@@ -3,8 +3,9 @@
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
-use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION};
+use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, closed_share};
 use super::contact::ToolNow;
+use super::gaps::Gaps;
 use super::grid::{GridReport, GridStep, Nodes, local};
 use glam::{DVec3, IVec3};
 
@@ -13,6 +14,8 @@ use glam::{DVec3, IVec3};
 pub(super) struct Meeting<'a> {
     pub domain: &'a Domain,
     pub tools: &'a [ToolNow],
+    /// Where separating tools touch.
+    pub gaps: &'a Gaps,
 }
 
 impl Meeting<'_> {
@@ -196,6 +199,8 @@ struct Block {
     /// Impulse of tools and of the other side on the node.
     pushed: [DVec3; 64],
     is_ghost: [bool; 64],
+    /// Sums of `w m d` of the clay near separating tools.
+    gap_moment: [f32; 64],
     /// Gravity and other body forces at each node.
     gravity: [DVec3; 64],
     report: GridReport,
@@ -256,7 +261,17 @@ impl Block {
             body_impulse: own().map(|(s, g)| s.mass * (g - step.gravity)).sum(),
             ..GridReport::default()
         };
-        Self { classes, division, field, velocity, pushed: [DVec3::ZERO; 64], is_ghost, gravity, report }
+        Self {
+            classes,
+            division,
+            field,
+            velocity,
+            pushed: [DVec3::ZERO; 64],
+            is_ghost,
+            gravity,
+            report,
+            gap_moment: meeting.gaps.of_block(block),
+        }
     }
 
     /// One node: the two sides, then the solid tools in order.
@@ -270,7 +285,7 @@ impl Block {
                 // Each side is bounded by the blade where it reaches beyond it.
                 for (class, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
                     if distance * sign <= CONTACT_OFFSET {
-                        self.touch(k, division.field_of(class), (index, tool), world, normal * sign);
+                        self.touch(k, division.field_of(class), (index, tool), world, normal * sign, 1.0);
                     }
                 }
             }
@@ -278,22 +293,29 @@ impl Block {
             _ => {}
         }
         for (index, tool) in meeting.tools.iter().enumerate() {
-            if let Some(normal) = tool.touch(world) {
+            if let Some((distance, normal)) = tool.touch(world) {
+                let share = if tool.separates() { closed_share(self.mean_gap(k), distance) } else { 1.0 };
                 for field in [MAIN, OTHER] {
-                    self.touch(k, field, (index, tool), world, normal);
+                    self.touch(k, field, (index, tool), world, normal, share);
                 }
             }
         }
     }
 
-    /// A tool's contact on one field; the tool feels the opposite impulse.
-    fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3) {
+    /// Mean distance [cells] of the clay about a node from the nearest separating tool.
+    fn mean_gap(&self, k: usize) -> f64 {
+        let mass: f64 = self.classes.own[k].iter().map(|sum| sum.mass).sum();
+        if mass > 0.0 { f64::from(self.gap_moment[k]) / mass } else { f64::INFINITY }
+    }
+
+    /// A share of a tool's contact on one field; the tool feels the opposite impulse.
+    fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3, share: f64) {
         let mass = self.field[k][field].mass;
         if mass <= 0.0 {
             return;
         }
         let before = self.velocity[k][field];
-        let after = tool.apply(before, world, normal);
+        let after = before + share * (tool.apply(before, world, normal) - before);
         let impulse = mass * (after - before);
         self.velocity[k][field] = after;
         self.pushed[k] += impulse;

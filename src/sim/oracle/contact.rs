@@ -7,7 +7,7 @@
 
 use super::super::engine::{FrameReport, ToolReport};
 use super::super::snapshot::Side;
-use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, Contact};
+use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, Contact, closed_share};
 use super::grid::{Band, Division, Field, Grid};
 use super::tools::{Moment, MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
@@ -40,7 +40,7 @@ fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, a
             let node = &mut grid.nodes[index];
             let world = around.domain.to_world(coordinate.as_dvec3());
             let field = &mut node.fields[node.field_index(side)];
-            touch(field, tool, world, blade.normal() * sign, &mut frame.tools[band.tool]);
+            touch(field, tool, world, blade.normal() * sign, 1.0, &mut frame.tools[band.tool]);
         }
     }
 }
@@ -88,29 +88,34 @@ fn friction_stop(speed: f64, most: f64) -> f64 {
     if speed > most { most / speed } else { 1.0 }
 }
 
-/// Solid tools in the plan's order act on the nodes that they cover.
+/// Solid tools in the plan's order act on the nodes that they cover; a separating one where the gap between clay and tool is closed.
 pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
+    let cell_width = around.domain.cell_width;
     for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
         if tool.blade.is_some() {
             continue;
         }
         for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
             let world = around.domain.to_world(coordinate.as_dvec3());
-            if !node.is_ghost && tool.distance(world, Moment::End) < CONTACT_OFFSET * around.domain.cell_width {
-                for field in &mut node.fields {
-                    touch(field, tool, world, tool.normal(world), felt);
-                }
+            let distance = tool.distance(world, Moment::End) / cell_width;
+            if node.is_ghost || distance >= tool.path.tool.contact.offset() {
+                continue;
+            }
+            let share = if tool.separates() { closed_share(node.mean_gap() / cell_width, distance) } else { 1.0 };
+            for field in &mut node.fields {
+                touch(field, tool, world, tool.normal(world), share, felt);
             }
         }
     }
 }
 
-/// A tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
-fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, felt: &mut ToolReport) {
+/// A `share` of a tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
+fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, share: f64, felt: &mut ToolReport) {
     if field.sum.mass == 0.0 {
         return;
     }
-    let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
+    let closed = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
+    let after = field.velocity + share * (closed - field.velocity);
     let impulse = field.sum.mass * (after - field.velocity);
     if after != field.velocity {
         felt.contacts += 1;

@@ -17,9 +17,12 @@ pub(super) fn scatter(particles: &[Particle], around: &Surroundings) -> Grid {
         let mass = density * particle.rest_volume;
         let stress = law::kirchhoff_stress(&around.plan.material, particle.elastic_strain) * around.stress_factor(particle);
         let affine = particle.affine - stress * (4.0 * around.plan.dt / (density * cell_width * cell_width));
+        let gap = around.gap(particle.position);
         for touch in stencil(particle.position) {
             let Some(index) = grid.index(touch.node) else { continue };
-            let sum = &mut grid.nodes[index].classes[class(particle.side())];
+            let node = &mut grid.nodes[index];
+            node.gap_moment += touch.weight * mass * gap;
+            let sum = &mut node.classes[class(particle.side())];
             sum.mass += touch.weight * mass;
             sum.momentum += touch.weight * mass * (particle.velocity + affine * (touch.arm * cell_width));
         }

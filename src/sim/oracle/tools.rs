@@ -2,7 +2,7 @@
 
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape};
+use super::super::tool::{BAND, Blade, Motion, TOUCH_REACH, ToolPath, ToolShape};
 use super::super::validation::Manufactured;
 use super::Particle;
 use glam::{DVec3, IVec3};
@@ -37,6 +37,11 @@ impl MovingTool<'_> {
             Moment::End => self.motion.end,
         };
         self.shape.distance(pose.to_local(world))
+    }
+
+    /// Whether it is a solid tool that clay can leave.
+    pub(super) fn separates(&self) -> bool {
+        self.path.tool.separates()
     }
 
     /// Outward normal at `world` [m] at the substep's end.
@@ -111,6 +116,14 @@ impl<'a> Surroundings<'a> {
     /// What multiplies the particle's stress [-], with the tools at the substep's start.
     pub(super) fn stress_factor(&self, particle: &Particle) -> f64 {
         self.plan.material.stress_factor_at(self.tool_distance(particle.position, Moment::Start), self.domain.cell_width)
+    }
+
+    /// Distance [m] of clay at `position` [cells] from the nearest separating solid tool at the substep's end; 0 out of its reach, where no contact reads it.
+    pub(super) fn gap(&self, position: DVec3) -> f64 {
+        let world = self.domain.to_world(position);
+        let reach = TOUCH_REACH * self.domain.cell_width;
+        let distances = self.tools.iter().filter(|t| t.separates()).map(|t| t.distance(world, Moment::End));
+        distances.reduce(f64::min).filter(|d| *d <= reach).map_or(0.0, |d| d.max(-reach))
     }
 
     /// `position` [cells], or the nearest point of the room where that is outside.

@@ -3,10 +3,13 @@
 mod blade;
 mod path;
 mod shape;
+mod touch;
 
 pub use blade::{BAND, Blade, Near};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use shape::{CONTACT_OFFSET, ToolShape};
+pub(crate) use touch::{TOUCH_FADE, TOUCH_LAYERS, closed_share};
+pub use touch::{TOUCH_OFFSET, TOUCH_REACH};
 
 use super::params::ParamsError;
 use serde::{Deserialize, Serialize};
@@ -36,6 +39,16 @@ impl Default for Contact {
     }
 }
 
+impl Contact {
+    /// Nodes closer than this [cells] to a solid tool take part in its contact.
+    pub(crate) fn offset(&self) -> f64 {
+        match self {
+            Self::Stick | Self::Slip => CONTACT_OFFSET,
+            Self::Separate { .. } => TOUCH_OFFSET,
+        }
+    }
+}
+
 /// A tool: a shape and how it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tool {
@@ -47,6 +60,11 @@ pub struct Tool {
 }
 
 impl Tool {
+    /// Whether it is a solid tool that clay can leave.
+    pub(crate) fn separates(&self) -> bool {
+        !self.shape.is_blade() && matches!(self.contact, Contact::Separate { .. })
+    }
+
     /// Checks shape and contact.
     ///
     /// # Errors

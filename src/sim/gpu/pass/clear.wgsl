@@ -7,6 +7,9 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     let i = invocation(group, groups, k);
     if is_halted() { return; }
     if i == 0u { atomicAdd(&status.substep, 1u); }
-    if i >= atomicLoad(&status.slot_count) * CLASSES * 64u { return; }
+    let slots = atomicLoad(&status.slot_count);
+    // The moments of the gap, behind the sums.
+    if i < slots * 16u { sums[params.slot_capacity * CLASSES * 64u + i] = vec4i(0); }
+    if i >= slots * CLASSES * 64u { return; }
     sums[i] = vec4i(0);
 }

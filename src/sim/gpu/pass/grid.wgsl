@@ -38,11 +38,11 @@ fn workgroup_sum(k: u32, v: vec4f) -> vec4f {
     return partial[0];
 }
 
-fn touch(node: ptr<function, Node>, f: u32, t: Tool, q: vec3f, arm: vec3f, normal: vec3f, taken: ptr<function, Taken>) {
+fn touch(node: ptr<function, Node>, f: u32, t: Tool, q: vec3f, arm: vec3f, normal: vec3f, share: f32, taken: ptr<function, Taken>) {
     let mass = (*node).mass[f];
     if mass <= 0.0 { return; }
     let before = (*node).v[f];
-    let after = contact(t, before, q, normal);
+    let after = before + share * (contact(t, before, q, normal) - before);
     let impulse = mass * (after - before);
     (*node).v[f] = after;
     (*node).pushed += impulse;
@@ -58,6 +58,15 @@ fn check_mass(slot: u32, k: u32) {
     }
     if f32(most) > params.node_mass_limit * params.mass_scale { halt(OVERFLOW); }
     if most > atomicLoad(&status.node_mass) { atomicMax(&status.node_mass, most); }
+}
+
+// Mean distance of the clay about a node from the nearest separating tool.
+fn mean_gap(own: Sums, slot: u32, k: u32) -> f32 {
+    var mass = 0.0;
+    for (var c = 0u; c < CLASSES; c++) { mass += own.c[c].w; }
+    if mass <= 0.0 { return 2.0 * TOUCH_REACH; }
+    let place = gap_place(slot, k);
+    return f32(sums[place / 4u][place % 4u]) / (gap_scale() * mass);
 }
 
 fn side_mass_at(n: vec3i) -> vec2f {
@@ -157,8 +166,8 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let tool = tool_now(blade);
         let q = local_end(tool, n, vec3f(0.0));
         let arm = vec3f(n - tool.end_cell) - tool.end_offset;
-        if distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 1u), tool, q, arm, tool.end_rotation[2], &taken_by_blade); }
-        if -distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 2u), tool, q, arm, -tool.end_rotation[2], &taken_by_blade); }
+        if distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 1u), tool, q, arm, tool.end_rotation[2], 1.0, &taken_by_blade); }
+        if -distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 2u), tool, q, arm, -tool.end_rotation[2], 1.0, &taken_by_blade); }
     } else if node.owner != 0u && !is_ghost {
         exchange(&node, n, front, back);
     }
@@ -171,11 +180,13 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         var taken: Taken;
         if t == blade { taken = taken_by_blade; }
         let q = local_end(tool, n, vec3f(0.0));
-        if tool.shape != BLADE && !is_ghost && distance_to(tool, q) < CONTACT_OFFSET {
+        let s = distance_to(tool, q);
+        if tool.shape != BLADE && !is_ghost && s < contact_offset(tool) {
+            let share = select(1.0, closed_share(mean_gap(own, slot, k), s), separates(tool));
             let normal = tool.end_rotation * normal_at(tool, q);
             let arm = vec3f(n - tool.end_cell) - tool.end_offset;
-            touch(&node, 0u, tool, q, arm, normal, &taken);
-            touch(&node, 1u, tool, q, arm, normal, &taken);
+            touch(&node, 0u, tool, q, arm, normal, share, &taken);
+            touch(&node, 1u, tool, q, arm, normal, share, &taken);
         }
         let impulse = workgroup_sum(k, taken.impulse);
         let angular = workgroup_sum(k, taken.angular);

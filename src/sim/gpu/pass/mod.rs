@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL, YIELD};
+use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
 #[derive(Clone, Copy, Debug)]
@@ -46,8 +46,9 @@ passes! {
     Average = "average", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     P2g = "p2g", false, [STATE, TABLE];
+    Gaps = "gaps", false, [STATE, TABLE, TOOL, TOUCH];
     Sides = "sides", true, [FOLD];
-    Grid = "grid", false, [TABLE, TOOL, FOLD];
+    Grid = "grid", false, [TABLE, TOOL, TOUCH, FOLD];
     G2p = "g2p", false, [STATE, TABLE, LAW, TOOL, YIELD];
     // Frame's end.
     Store = "store", false, [STATE, LAW];
