@@ -62,18 +62,21 @@ impl Collapse {
         let particles = (0..n * n * 8).map(particle).collect();
         let mut lab = Lab::with_threads(&Snapshot { domain, material, time: 0.0, particles }, dt, threads);
         lab.plan.gravity = DVec3::NEG_Y * GRAVITY;
-        let (shape, above, rotation) = match touch {
+        let (shape, contact, above, rotation) = match touch {
             Touch::Strip => {
-                (ToolShape::Box { half_size: DVec3::new(TOOL_HALF_WIDTH, 1e-3 * dx, 8.0 * dx) }, 0.0, DQuat::IDENTITY)
+                let shape = ToolShape::Box { half_size: DVec3::new(TOOL_HALF_WIDTH, 1e-3 * dx, 8.0 * dx) };
+                // Its contact reaches 0.4 cells, a separating one's 0.6.
+                (shape, Contact::Slip, 0.0, DQuat::IDENTITY)
             }
             Touch::Rod => (
                 ToolShape::Capsule { radius: TOOL_HALF_WIDTH, half_length: 8.0 * dx },
+                Contact::Separate { friction: 0.0 },
                 TOOL_HALF_WIDTH,
                 DQuat::from_rotation_x(FRAC_PI_2),
             ),
         };
         let position = DVec3::new(ROOM / 2.0, height * dx + above, 2.0 * dx);
-        let tool = Tool { shape, contact: Contact::Separate { friction: 0.0 } };
+        let tool = Tool { shape, contact };
         Self { lab, domain, material, tool, pose: Pose { position, rotation }, height, tool_work: 0.0 }
     }
 
