@@ -46,19 +46,21 @@ fn forces(material: &ClayMaterial) -> Option<Vec<f64>> {
     Some(found)
 }
 
-/// Exponent and offset of the best `F ~ (d + offset)^exponent`, d and the offset in cells: least squares of the logarithm.
-fn fit(forces: &[f64]) -> (f64, f64) {
-    let line = |offset: f64| {
-        let points: Vec<(f64, f64)> = DEPTHS.iter().zip(forces).map(|(d, f)| ((d * RADIUS + offset).ln(), f.ln())).collect();
-        let n = points.len() as f64;
-        let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-        let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - x) * (p.1 - y), s.1 + (p.0 - x).powi(2)));
-        let slope = xy / xx;
-        (points.iter().map(|p| (p.1 - y - slope * (p.0 - x)).powi(2)).sum::<f64>(), slope)
-    };
-    let offsets = (-350..=1000).map(|i| f64::from(i) * 1e-3);
-    let best = offsets.min_by(|a, b| line(*a).0.total_cmp(&line(*b).0)).unwrap_or(f64::NAN);
-    (line(best).1, best)
+/// Offset [cells] at which `F = 4/3 E* sqrt(R) (d + offset)^1.5` fits best: least squares of the logarithm over offsets of up to a cell.
+fn fit_offset(forces: &[f64], hertz: &dyn Fn(f64) -> f64) -> f64 {
+    let misfit =
+        |offset: f64| -> f64 { DEPTHS.iter().zip(forces).map(|(d, f)| (f / hertz(d * RADIUS + offset)).ln().powi(2)).sum() };
+    let offsets = (-399..=1000).map(|i| f64::from(i) * 1e-3);
+    offsets.min_by(|a, b| misfit(*a).total_cmp(&misfit(*b))).unwrap_or(f64::NAN)
+}
+
+/// Slope of the line through the logarithms of `(depth + offset, force)`.
+fn exponent(forces: &[f64], offset: f64) -> f64 {
+    let points: Vec<(f64, f64)> = DEPTHS.iter().zip(forces).map(|(d, f)| ((d * RADIUS + offset).ln(), f.ln())).collect();
+    let n = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
+    let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - x) * (p.1 - y), s.1 + (p.0 - x).powi(2)));
+    xy / xx
 }
 
 /// Exponent, offset and force against `F = 4/3 E* sqrt(R) d^1.5`.
@@ -68,9 +70,12 @@ pub(crate) fn contact(size: Size) -> Vec<Row> {
     }
     let material = elastic(0.3);
     let found = forces(&material).unwrap_or_else(|| vec![f64::NAN; DEPTHS.len()]);
-    let (exponent, offset) = fit(&found);
     let modulus = material.young_modulus / (1.0 - material.poisson_ratio.powi(2));
     let hertz = |depth: f64| 4.0 / 3.0 * modulus * (RADIUS * DX).sqrt() * (depth * DX).powf(1.5);
+    let offset = fit_offset(&found, &hertz);
+    let exponent = exponent(&found, offset);
+    DEPTHS.iter().zip(&found).for_each(|(d, f)| eprintln!("d {:.3} F/F0 {:.4}", d * RADIUS, f / hertz(d * RADIUS)));
+    eprintln!("{offset} {exponent}");
     let error = |(d, f): (&f64, &f64)| (f / hertz(d * RADIUS + offset) - 1.0).abs();
     let worst = DEPTHS.iter().zip(&found).map(error).fold(0.0, f64::max);
     vec![

@@ -88,7 +88,7 @@ fn node_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes) * 64 * 16
 }
 
-/// Bytes of the node sums, with the moments of the gap behind them.
+/// Bytes of the node sums, with the touching masses behind them.
 fn sum_bytes(size: NodeSize) -> u64 {
     node_bytes(size) + words(size.slots * 64)
 }
@@ -221,7 +221,7 @@ impl Buffers {
             | Id::Average
             | Id::Tags
             | Id::P2g
-            | Id::Gaps
+            | Id::Touching
             | Id::G2p
             | Id::Store
             | Id::Total => groups(self.particle_count),

@@ -105,7 +105,7 @@ impl<'a> Encoding<'a> {
             }
             passes.push((Id::P2g, v));
             if separating {
-                passes.push((Id::Gaps, v));
+                passes.push((Id::Touching, v));
             }
             let scattered = passes.len();
             if cuts {

@@ -1,7 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
 use super::super::params::WALL_TOUCH;
-use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_LAYERS, TOUCH_OFFSET, TOUCH_REACH};
+use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
 use super::pass::Pass;
 use crate::sim::snapshot::Particle;
@@ -48,9 +48,8 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
         ("TOUCH_FADE", TOUCH_FADE),
-        ("TOUCH_LAYERS", TOUCH_LAYERS),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
-        ("TOUCH_REACH", TOUCH_REACH),
+        ("TOUCH_SHARE", TOUCH_SHARE),
         ("WALL_TOUCH", WALL_TOUCH),
     ];
     for (name, value) in lengths {

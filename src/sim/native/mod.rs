@@ -14,7 +14,6 @@
 
 mod averaging;
 mod contact;
-mod gaps;
 mod grid;
 mod kernel;
 mod law;
@@ -25,6 +24,7 @@ mod special;
 mod state;
 mod stats;
 mod tags;
+mod touching;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};

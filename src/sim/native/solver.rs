@@ -8,7 +8,6 @@ use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
 use super::averaging;
 use super::contact::{Moment, ToolNow};
-use super::gaps::Gaps;
 use super::grid::{Grid, GridReport, GridStep, Tiles};
 use super::kernel::{self, Step, Working};
 use super::law::{Flow, Law};
@@ -17,6 +16,7 @@ use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
 use super::tags::TagReport;
+use super::touching::Touching;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -195,8 +195,8 @@ impl Solver {
     fn update_grid(&mut self, step: &GridStep, tools: &[ToolNow], tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
         let domain = self.domain;
-        let gaps = Gaps::new(&self.state, tools);
-        let meeting = Meeting { domain: &domain, tools, gaps: &gaps };
+        let touching = Touching::new(&self.state, tools);
+        let meeting = Meeting { domain: &domain, tools, touching: &touching };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));
@@ -206,8 +206,8 @@ impl Solver {
         }
         if self.travel + report.speed_max > MARGIN {
             self.sort(tally);
-            let gaps = Gaps::new(&self.state, tools);
-            report = self.grid.update(&self.state, &self.tiles, step, &Meeting { gaps: &gaps, ..meeting });
+            let touching = Touching::new(&self.state, tools);
+            report = self.grid.update(&self.state, &self.tiles, step, &Meeting { touching: &touching, ..meeting });
         }
         tally.timings.grid += began.elapsed().as_secs_f64();
         Ok(report)

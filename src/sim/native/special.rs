@@ -5,8 +5,8 @@
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
 use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, closed_share};
 use super::contact::ToolNow;
-use super::gaps::Gaps;
 use super::grid::{GridReport, GridStep, Nodes, local};
+use super::touching::Touching;
 use glam::{DVec3, IVec3};
 
 /// Walls and tools of one substep.
@@ -15,7 +15,7 @@ pub(super) struct Meeting<'a> {
     pub domain: &'a Domain,
     pub tools: &'a [ToolNow],
     /// Where separating tools touch.
-    pub gaps: &'a Gaps,
+    pub touching: &'a Touching,
 }
 
 impl Meeting<'_> {
@@ -199,8 +199,8 @@ struct Block {
     /// Impulse of tools and of the other side on the node.
     pushed: [DVec3; 64],
     is_ghost: [bool; 64],
-    /// Sums of `w m d` of the clay near separating tools.
-    gap_moment: [f32; 64],
+    /// Masses of the clay that touches separating tools.
+    touching: [f32; 64],
     /// Gravity and other body forces at each node.
     gravity: [DVec3; 64],
     report: GridReport,
@@ -273,7 +273,7 @@ impl Block {
             is_ghost,
             gravity,
             report,
-            gap_moment: meeting.gaps.of_block(block),
+            touching: meeting.touching.of_block(block),
         }
     }
 
@@ -297,18 +297,12 @@ impl Block {
         }
         for (index, tool) in meeting.tools.iter().enumerate() {
             if let Some((distance, normal)) = tool.touch(world) {
-                let share = if tool.separates() { closed_share(self.mean_gap(k), distance) } else { 1.0 };
+                let share = if tool.separates() { closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
                 for field in [MAIN, OTHER] {
                     self.touch(k, field, (index, tool), world, normal, share);
                 }
             }
         }
-    }
-
-    /// Mean distance [cells] of the clay about a node from the nearest separating tool.
-    fn mean_gap(&self, k: usize) -> f64 {
-        let mass: f64 = self.classes.own[k].iter().map(|sum| sum.mass).sum();
-        if mass > 0.0 { f64::from(self.gap_moment[k]) / mass } else { f64::INFINITY }
     }
 
     /// A share of a tool's contact on one field; the tool feels the opposite impulse.

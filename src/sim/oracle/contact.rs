@@ -91,6 +91,7 @@ fn friction_stop(speed: f64, most: f64) -> f64 {
 /// Solid tools in the plan's order act on the nodes that they cover; a separating one where the gap between clay and tool is closed.
 pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
     let cell_width = around.domain.cell_width;
+    let full = around.plan.inertial_density() * cell_width.powi(3);
     for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
         if tool.blade.is_some() {
             continue;
@@ -101,7 +102,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
             if node.is_ghost || distance >= tool.path.tool.contact.offset() {
                 continue;
             }
-            let share = if tool.separates() { closed_share(node.mean_gap() / cell_width, distance) } else { 1.0 };
+            let share = if tool.separates() { closed_share(node.touching / full, distance) } else { 1.0 };
             for field in &mut node.fields {
                 touch(field, tool, world, tool.normal(world), share, felt);
             }

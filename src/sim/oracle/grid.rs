@@ -64,8 +64,8 @@ pub(super) struct Node {
     pub(super) classes: [Sum; 3],
     /// The same with what walls folded onto this node or away from it.
     pub(super) folded: [Sum; 3],
-    /// Sum of `w m d` [kg m] of the clay near a separating tool, d its distance [m].
-    pub(super) gap_moment: f64,
+    /// Mass [kg] of the clay that touches a separating tool.
+    pub(super) touching: f64,
     /// One field or two.
     pub(super) division: Division,
     /// Main and other.
@@ -92,12 +92,6 @@ impl Node {
     /// Folded mass [kg] of the clay of one side.
     pub(super) fn class_mass(&self, side: Side) -> f64 {
         self.folded[class(side)].mass
-    }
-
-    /// Mean distance [m] of the clay about the node from the nearest separating tool.
-    pub(super) fn mean_gap(&self) -> f64 {
-        let mass: f64 = self.classes.iter().map(|sum| sum.mass).sum();
-        if mass > 0.0 { self.gap_moment / mass } else { f64::INFINITY }
     }
 
     /// The field in which the clay of `side` moves.

@@ -17,11 +17,11 @@ pub(super) fn scatter(particles: &[Particle], around: &Surroundings) -> Grid {
         let mass = density * particle.rest_volume;
         let stress = law::kirchhoff_stress(&around.plan.material, particle.elastic_strain) * around.stress_factor(particle);
         let affine = particle.affine - stress * (4.0 * around.plan.dt / (density * cell_width * cell_width));
-        let gap = around.gap(particle.position);
+        let touching = mass * around.touch(particle);
         for touch in stencil(particle.position) {
             let Some(index) = grid.index(touch.node) else { continue };
             let node = &mut grid.nodes[index];
-            node.gap_moment += touch.weight * mass * gap;
+            node.touching += touch.weight * touching;
             let sum = &mut node.classes[class(particle.side())];
             sum.mass += touch.weight * mass;
             sum.momentum += touch.weight * mass * (particle.velocity + affine * (touch.arm * cell_width));

@@ -2,7 +2,7 @@
 
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{BAND, Blade, Motion, TOUCH_REACH, ToolPath, ToolShape};
+use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape, particle_touch};
 use super::super::validation::Manufactured;
 use super::Particle;
 use glam::{DVec3, IVec3};
@@ -118,12 +118,12 @@ impl<'a> Surroundings<'a> {
         self.plan.material.stress_factor_at(self.tool_distance(particle.position, Moment::Start), self.domain.cell_width)
     }
 
-    /// Distance [m] of clay at `position` [cells] from the nearest separating solid tool at the substep's end; 0 out of its reach, where no contact reads it.
-    pub(super) fn gap(&self, position: DVec3) -> f64 {
-        let world = self.domain.to_world(position);
-        let reach = TOUCH_REACH * self.domain.cell_width;
+    /// How much the particle touches the nearest separating tool at the substep's end [-].
+    pub(super) fn touch(&self, particle: &Particle) -> f64 {
+        let world = self.domain.to_world(particle.position);
         let distances = self.tools.iter().filter(|t| t.separates()).map(|t| t.distance(world, Moment::End));
-        distances.reduce(f64::min).filter(|d| *d <= reach).map_or(0.0, |d| d.max(-reach))
+        let distance = distances.fold(f64::INFINITY, f64::min) / self.domain.cell_width;
+        particle_touch(distance, 0.5 * particle.rest_volume.cbrt() / self.domain.cell_width)
     }
 
     /// `position` [cells], or the nearest point of the room where that is outside.

@@ -8,8 +8,8 @@ mod touch;
 pub use blade::{BAND, Blade, Near};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use shape::{CONTACT_OFFSET, ToolShape};
-pub(crate) use touch::{TOUCH_FADE, TOUCH_LAYERS, closed_share};
-pub use touch::{TOUCH_OFFSET, TOUCH_REACH};
+pub use touch::TOUCH_OFFSET;
+pub(crate) use touch::{TOUCH_FADE, TOUCH_SHARE, closed_share, particle_touch};
 
 use super::params::ParamsError;
 use serde::{Deserialize, Serialize};

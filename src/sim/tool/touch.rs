@@ -1,86 +1,66 @@
 //! Whether clay touches a separating tool. A node's stencil reaches 1.5 cells, so clay and tool share nodes before they meet, and velocities at a node
-//! cannot tell a gap from contact. The mean distance of the clay about the node can: of clay up to the surface it is a known function of the node's own.
+//! cannot tell a gap from contact. The particles can: each knows its distance from the tool and how far its own clay reaches.
 //!
-//! That contact needs a vanishing gap besides an approach, and the gap comes from positions taken to the nodes, is Nairn's (2013, "Modeling
-//! imperfect interfaces in the material point method using multimaterial methods", CMES 92).
+//! That contact needs a closed gap besides an approach is Bardenhagen's and Nairn's (2013, "Modeling imperfect interfaces in the material point method using
+//! multimaterial methods", CMES 92), who take the gap from mean positions at the nodes. A mean over the stencil is blind to tips and edges, where most of it is
+//! far from the tool; what touches is summed here instead.
 
-/// Offset of a separating tool's contact [cells]: nodes closer than this take part where the clay about them touches. More than half a cell, so that there is
-/// always such a node under a face: with 0.4 the force of a plate on a ball dips by 6 % where one plane of nodes goes and the next has not come.
-pub const TOUCH_OFFSET: f64 = 0.6;
+/// Offset of a separating tool's contact [cells]: nodes closer than this take part where clay touches. Half a cell: there is always one plane of nodes within
+/// half a cell of a face.
+pub const TOUCH_OFFSET: f64 = 0.5;
 
-/// Clay further than this from a tool [cells] shares no node with its contact: [`TOUCH_OFFSET`] and the diagonal of a stencil's reach of 1.5.
-pub const TOUCH_REACH: f64 = 3.25;
-
-/// Beyond the mean distance of touching clay, contact fades out over this length [cells]: a small error of a sum stays a small error of the motion.
+/// A particle begins to touch and touches wholly within this length [cells]: a small error of a distance stays a small error of the motion.
 pub(crate) const TOUCH_FADE: f64 = 0.1;
 
-/// `l^2 / 24` [cells^2] of clay in layers `l` = 1/2 apart, as 8 particles a cell stand.
-pub(crate) const TOUCH_LAYERS: f64 = 0.25 / 24.0;
+/// Share of the first layer of particles, or of their touch, that closes a gap [-].
+pub(crate) const TOUCH_SHARE: f64 = 0.25;
 
-/// How closed the gap is at a node `node` [cells] from a separating tool's surface, less than [`TOUCH_OFFSET`], if the clay about the node has the mean
-/// distance `mean` [cells]: 1 where it touches, 0 where it does not.
-///
-/// Clay that fills the half space up to the surface, seen with the quadratic spline `N` from a node at the distance `s`, has the moments
-/// `M0 = integral of N(d - s)` and `M1 = integral of d N(d - s)` over `d > 0`; layers of particles in place of the integral add `l^2 / 24` of the integrands' slopes at
-/// 0 (Euler and Maclaurin). `M1 / M0` is the mean distance of touching clay.
-pub(crate) fn closed_share(mean: f64, node: f64) -> f64 {
-    let s = node;
-    let reach = 1.5 + s;
-    let (m0, m1, weight, slope) = if s <= -0.5 {
-        (reach.powi(3) / 6.0, reach.powi(4) / 24.0, 0.5 * reach * reach, -reach)
-    } else if s <= 0.5 {
-        let m1 = 0.203_125 + s * (0.5 + s * (0.375 - s * s / 12.0));
-        (0.5 + s * (0.75 - s * s / 3.0), m1, 0.75 - s * s, 2.0 * s)
-    } else {
-        let rest = (1.5 - s).max(0.0);
-        (1.0 - rest.powi(3) / 6.0, s + rest.powi(4) / 24.0, 0.5 * rest * rest, rest)
-    };
-    let layers = m0 + TOUCH_LAYERS * slope;
-    // No layer of touching clay reaches so deep a node: what does is inside the tool.
-    if reach <= 0.0 || layers <= 0.0 {
-        return 1.0;
-    }
-    let touching = (m1 + TOUCH_LAYERS * weight) / layers;
-    (1.0 + (touching - mean) / TOUCH_FADE).clamp(0.0, 1.0)
+/// How much a particle touches a tool at `distance` [cells] from its centre if its clay reaches `radius` [cells] about it, half the cube root of its volume:
+/// [`TOUCH_SHARE`] where its face is on the surface, 1 further in, 0 away.
+pub(crate) fn particle_touch(distance: f64, radius: f64) -> f64 {
+    (TOUCH_SHARE + (radius - distance) / TOUCH_FADE).clamp(0.0, 1.0)
+}
+
+/// How closed the gap is [-] at a node at the distance `node` [cells, < [`TOUCH_OFFSET`]] from a separating tool, where the clay that touches adds up to
+/// `touching` of a full cell's mass: `sum w m touch` against [`TOUCH_SHARE`] of a layer of 4 particles a cell with its face on the surface, which
+/// brings the node half the quadratic spline of its centres' distance.
+pub(crate) fn closed_share(touching: f64, node: f64) -> f64 {
+    let r = (0.25 - node).abs();
+    let spline = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
+    let layer = TOUCH_SHARE * 0.5 * spline;
+    if touching >= layer { 1.0 } else { touching / layer }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Mean distance at a node of layers of particles half a cell apart, the first a quarter cell beyond `gap`.
-    fn layers(node: f64, gap: f64) -> f64 {
-        let (mut mass, mut moment) = (0.0, 0.0);
-        for i in 0..8 {
-            let d = gap + 0.25 + 0.5 * f64::from(i);
-            let r = (d - node).abs();
-            let w = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
-            mass += w;
-            moment += w * d;
-        }
-        moment / mass
-    }
-
-    /// Clay whose face is on the surface touches, wherever the nodes stand; clay an eighth of a cell away does not.
+    /// A layer whose face is on the surface closes the gap at every node; a tenth of a cell away it does not touch.
     #[test]
-    fn layers_touch_where_their_face_does() {
-        for i in -9..=6 {
-            let s = f64::from(i) * 0.1;
-            // Kinks of the spline's second derivative leave some thousandths of a cell.
-            assert!(closed_share(layers(s, -0.01), s) > 0.9, "{s}: {}", closed_share(layers(s, -0.01), s));
-            let share = closed_share(layers(s, 0.25), s);
-            assert_eq!(share, 0.0, "{s}");
+    fn layer_touches_where_its_face_does() {
+        let share = |node: f64, gap: f64| {
+            let r = (0.25 + gap - node).abs();
+            let spline = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
+            closed_share(0.5 * spline * particle_touch(0.25 + gap, 0.25), node)
+        };
+        for node in [-1.2, -0.7, -0.2, 0.0, 0.3, 0.49] {
+            assert!(share(node, 0.0) > 0.999 && share(node, -0.05) == 1.0, "{node}");
+            assert_eq!(share(node, 0.1), 0.0, "{node}");
         }
     }
 
-    /// The three pieces meet, and a node that touching clay cannot reach is closed to what does.
+    /// A quarter of the layer, clay at an edge, closes the gap once it is pressed in by less than a tenth of a cell.
     #[test]
-    fn share_is_continuous_and_closed_deep_inside() {
-        for (s, mean) in [(-0.5, 0.35), (0.5, 0.7)] {
-            let [a, b] = [s - 1e-9, s + 1e-9].map(|s| closed_share(mean, s));
-            assert!((a - b).abs() < 1e-6 && a > 0.0 && a < 1.0, "{a} {b}");
-        }
-        assert_eq!(closed_share(0.2, -1.4), 1.0);
-        assert_eq!(closed_share(-1.0, -2.0), 1.0);
+    fn edge_of_clay_touches() {
+        let spline = 0.75 - 0.25 * 0.25;
+        let share = |gap: f64| closed_share(0.25 * 0.5 * spline * particle_touch(0.25 + gap, 0.25), 0.0);
+        assert!(share(-0.1) == 1.0 && (0.2..0.3).contains(&share(0.0)), "{} {}", share(-0.1), share(0.0));
+    }
+
+    /// A node that no layer can reach is closed to whatever does, and no clay closes nothing.
+    #[test]
+    fn deep_nodes_are_closed() {
+        assert_eq!(closed_share(1e-9, -1.4), 1.0);
+        assert_eq!(closed_share(0.0, 0.0), 0.0);
     }
 }

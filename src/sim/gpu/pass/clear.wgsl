@@ -8,7 +8,7 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if is_halted() { return; }
     if i == 0u { atomicAdd(&status.substep, 1u); }
     let slots = atomicLoad(&status.slot_count);
-    // The moments of the gap, behind the sums.
+    // The touching masses, behind the sums.
     if i < slots * 16u { sums[params.slot_capacity * CLASSES * 64u + i] = vec4i(0); }
     if i >= slots * CLASSES * 64u { return; }
     sums[i] = vec4i(0);

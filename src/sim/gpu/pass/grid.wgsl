@@ -60,13 +60,10 @@ fn check_mass(slot: u32, k: u32) {
     if most > atomicLoad(&status.node_mass) { atomicMax(&status.node_mass, most); }
 }
 
-// Mean distance of the clay about a node from the nearest separating tool.
-fn mean_gap(own: Sums, slot: u32, k: u32) -> f32 {
-    var mass = 0.0;
-    for (var c = 0u; c < CLASSES; c++) { mass += own.c[c].w; }
-    if mass <= 0.0 { return 2.0 * TOUCH_REACH; }
-    let place = gap_place(slot, k);
-    return f32(sums[place / 4u][place % 4u]) / (gap_scale() * mass);
+// Touching clay at a node, of a full cell's mass.
+fn touching_at(slot: u32, k: u32) -> f32 {
+    let place = touching_place(slot, k);
+    return f32(sums[place / 4u][place % 4u]) / params.mass_scale * params.density_unit;
 }
 
 fn side_mass_at(n: vec3i) -> vec2f {
@@ -182,7 +179,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let q = local_end(tool, n, vec3f(0.0));
         let s = distance_to(tool, q);
         if tool.shape != BLADE && !is_ghost && s < contact_offset(tool) {
-            let share = select(1.0, closed_share(mean_gap(own, slot, k), s), separates(tool));
+            let share = select(1.0, closed_share(touching_at(slot, k), s), separates(tool));
             let normal = tool.end_rotation * normal_at(tool, q);
             let arm = vec3f(n - tool.end_cell) - tool.end_offset;
             touch(&node, 0u, tool, q, arm, normal, share, &taken);

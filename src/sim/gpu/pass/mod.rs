@@ -46,7 +46,7 @@ passes! {
     Average = "average", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     P2g = "p2g", false, [STATE, TABLE];
-    Gaps = "gaps", false, [STATE, TABLE, TOOL, TOUCH];
+    Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
     Sides = "sides", true, [FOLD];
     Grid = "grid", false, [TABLE, TOOL, TOUCH, FOLD];
     G2p = "g2p", false, [STATE, TABLE, LAW, TOOL, YIELD];

@@ -1,6 +1,6 @@
-//! The mean distance of the clay about a node from the separating tools: what tells contact from a gap (see [`closed_share`](super::super::tool)).
+//! The clay at each node that touches a separating tool: what tells contact from a gap.
 
-use super::super::tool::TOUCH_REACH;
+use super::super::tool::particle_touch;
 use super::contact::ToolNow;
 use super::grid::local;
 use super::kernel::TILE;
@@ -9,26 +9,26 @@ use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Sums of `w m d` over the particles of one block at the nodes -1 .. 5 about it, with the distance d [cells] to the nearest separating tool.
-type GapTile = [f32; TILE * TILE * TILE];
+/// Sums of `w m touch` over the particles of one block at the nodes -1 .. 5 about it.
+type TouchTile = [f32; TILE * TILE * TILE];
 
 /// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
 fn at(x: i32, y: i32, z: i32) -> usize {
     ((x + 1) as usize * TILE + (y + 1) as usize) * TILE + (z + 1) as usize
 }
 
-/// Moments of the gap near the separating tools.
+/// Touching clay near the separating tools.
 #[derive(Debug, Default)]
-pub(super) struct Gaps {
+pub(super) struct Touching {
     /// Where the blocks are; none if no tool separates.
     table: Option<Arc<Table>>,
     /// Index + 1 into `tiles` of each block with particles; 0 away from tools.
     slots: Vec<u32>,
-    tiles: Vec<GapTile>,
+    tiles: Vec<TouchTile>,
 }
 
-impl Gaps {
-    /// The gaps of the particles as they are in `state`, with the tools at the substep's end.
+impl Touching {
+    /// What of the particles as they are in `state` touches, with the tools at the substep's end.
     pub(super) fn new(state: &State, tools: &[ToolNow]) -> Self {
         let separating: Vec<&ToolNow> = tools.iter().filter(|t| t.separates()).collect();
         if separating.is_empty() {
@@ -57,7 +57,7 @@ impl Gaps {
         for offset in NEIGHBOURS {
             let slot = table.slot(block + offset).and_then(|s| self.slots.get(s)?.checked_sub(1));
             let Some(slot) = slot else { continue };
-            // As the tiles of mass and momentum are summed.
+            // As the tiles of mass and touchingum are summed.
             let range = |o: i32| match o {
                 -1 => (0, 2, 4),
                 0 => (0, 4, 0),
@@ -78,17 +78,20 @@ impl Gaps {
 
 /// The sums of one block's particles.
 #[expect(clippy::cast_possible_truncation, reason = "tiles are f32")]
-fn tile(block: IVec3, particles: &[Hot], tools: &[&ToolNow]) -> GapTile {
+fn tile(block: IVec3, particles: &[Hot], tools: &[&ToolNow]) -> TouchTile {
     let mut out = [0.0; TILE * TILE * TILE];
     for p in particles {
         let cell = IVec3::from_array(unpack_cell(p.cell));
         let x = cell.as_dvec3() + DVec3::from_array(p.offset.map(f64::from));
         let distance = |t: &&ToolNow| t.shape.distance(t.motion.end.to_local(x));
         let distance = tools.iter().map(distance).fold(f64::INFINITY, f64::min);
-        if distance > TOUCH_REACH {
+        // A particle's mass is its rest volume over an eighth of a cell.
+        let radius = 0.5 * (f64::from(p.mass) / 8.0).cbrt();
+        let touch = particle_touch(distance, radius);
+        if touch == 0.0 {
             continue;
         }
-        let moment = p.mass * distance.max(-TOUCH_REACH) as f32;
+        let touching = p.mass * touch as f32;
         let mut weights = [[0.0f32; 3]; 3];
         let mut first = cell - block * 4;
         for d in 0..3 {
@@ -101,7 +104,7 @@ fn tile(block: IVec3, particles: &[Hot], tools: &[&ToolNow]) -> GapTile {
             for (j, wy) in (0..).zip(weights[1]) {
                 let row = at(first.x + i, first.y + j, first.z);
                 for (to, wz) in out[row..row + 3].iter_mut().zip(weights[2]) {
-                    *to += moment * wx * wy * wz;
+                    *to += touching * wx * wy * wz;
                 }
             }
         }
