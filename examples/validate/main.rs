@@ -1,7 +1,7 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
 //! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--engine gpu]
-//! [--json FILE] [--only SUBSTRING]`
+//! [--json FILE] [--docs docs] [--only SUBSTRING]`
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
 //! worse or passes now. 2: bad arguments.
@@ -12,7 +12,10 @@ mod cavity;
 mod collapse;
 mod cone;
 mod contact;
+mod document;
+mod edge;
 mod elastic;
+mod evidence;
 mod hertz;
 mod input;
 mod lab;
@@ -25,6 +28,7 @@ mod prandtl;
 mod published;
 mod report;
 mod robust;
+mod section;
 mod slump;
 mod stability;
 mod storage;
@@ -51,6 +55,9 @@ struct Args {
     /// Writes the rows to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Puts the rows into the table between the marks of EVIDENCE.md in DOCS; other cases, and those without a row, keep their lines.
+    #[arg(long, value_name = "DOCS")]
+    docs: Option<PathBuf>,
     /// The engine that runs the cases.
     #[arg(long, default_value = "native")]
     engine: Kind,
@@ -79,6 +86,16 @@ enum Kind {
     Native,
     /// Compute passes on the default graphics adapter.
     Gpu,
+}
+
+impl Kind {
+    /// Its name in the table.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Gpu => "gpu",
+        }
+    }
 }
 
 /// A group of rows computed together.
@@ -118,6 +135,7 @@ const CASES: &[Case] = &[
     physics("punch", prandtl::punch),
     physics("cut slope", slump::cut_slope),
     physics("cylinder slump", slump::cylinder),
+    physics("blade force", edge::force),
     stability("step limit", stability::step_limit),
     stability("energy", stability::energy),
     stability("cell crossing", stability::crossing),
@@ -173,6 +191,11 @@ fn run(args: &Args) -> Result<bool, String> {
     if cases.is_empty() {
         return Err(format!("no case of the suite has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
+    if let Some(docs) = &args.docs {
+        let page = docs.join("EVIDENCE.md");
+        // Now, and not after the run.
+        section::write(&page, document::MARKS, str::to_owned).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
+    }
     if let Some(file) = &args.json {
         let folder = folder_of(file);
         if !folder.is_dir() {
@@ -186,6 +209,8 @@ fn run(args: &Args) -> Result<bool, String> {
     println!("{}", lab::engine(0).describe());
     let size = if args.quick { Size::Quick } else { Size::Full };
     let mut rows = vec![];
+    let mut lines: Vec<document::Lines> = CASES.iter().map(|c| (c.name, vec![])).collect();
+    let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
     let mut is_passed = true;
     println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
     for case in cases {
@@ -200,7 +225,14 @@ fn run(args: &Args) -> Result<bool, String> {
             is_passed &= print_row(row, &known);
         }
         println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
+        if let Some((_, new)) = lines.iter_mut().find(|l| l.0 == case.name) {
+            *new = found.iter().map(|row| document::line(case.name, row, &known, &mark)).collect();
+        }
         rows.extend(found);
+    }
+    if let Some(docs) = &args.docs {
+        let new = |old: &str| document::section(old, &lines, &origin());
+        section::write(&docs.join("EVIDENCE.md"), document::MARKS, new).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
     }
     if let Some(file) = &args.json {
         let output = Output {
@@ -215,6 +247,13 @@ fn run(args: &Args) -> Result<bool, String> {
         write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
     }
     Ok(is_passed)
+}
+
+/// The command line, and what it ran on.
+fn origin() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let commit = machine::commit().map_or_else(String::new, |c| format!("; commit {c}"));
+    format!("`cargo validate {}`; {}; {}{commit}.", arguments.join(" "), machine::processor(), lab::engine(0).describe())
 }
 
 /// Prints a row with its verdict; false if the row fails the run.

@@ -156,11 +156,12 @@ pub(crate) fn punch(size: Size) -> Vec<Row> {
     let mut factors = vec![];
     for &ratio in ratios {
         let name = |what: &str| format!("punch: {what}, nu {ratio}");
-        let averaged = Punch::new(ratio, VOLUME_AVERAGING).press();
+        let press = |share| Punch { speed: size.pick(0.004, 0.003, 0.002), ..Punch::new(ratio, share) }.press();
+        let averaged = press(VOLUME_AVERAGING);
         rows.push(Row::at_least(name("least F / (B k)"), averaged.factor, "-", PRANDTL));
         rows.push(Row::at_most(name("greatest F / (B k)"), averaged.factor, "-", most));
         rows.push(Row::at_most(name("width that sinks less the drawn one"), (averaged.width - width).abs(), "cells", 1.0));
-        let plain = Punch::new(ratio, 0.0).press();
+        let plain = press(0.0);
         // The controls: without averaging clay locks and its pressure alternates from particle to particle.
         rows.push(Row::at_least(name("plain MPM F / (B k)"), plain.factor, "-", 1.1 * PRANDTL));
         rows.push(Row::at_least(name("plain MPM in-cell rms of pressure"), plain.noise, "k", 1.0));

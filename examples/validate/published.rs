@@ -50,7 +50,7 @@ fn run(material: ClayMaterial, cells_per_metre: i32, jumps: bool) -> Outcome {
 
 /// Stress multiplied by zeta of Eq. 5 to the letter, against yield stress blended by it.
 pub(crate) fn published(size: Size) -> Vec<Row> {
-    let cells = size.pick(32, 64, 64);
+    let cells = size.pick(32, 48, 64);
     let dx = 1.0 / f64::from(cells);
     let fall = 9.81 * 0.2 * 0.2 / 2.0;
     let dust = run(clay(ClayLaw::AsPublished, 0.3, dx), cells, false);

@@ -118,7 +118,7 @@ fn mean_height(particles: &[Particle], which: &[usize]) -> f64 {
 ///
 /// It stands for `k / (rho g H) >= 1 / 3.78 = 0.2645` (bounds 3.776 and 3.783: Pastor et al. 2000, Lyamin and Sloan 2002).
 pub(crate) fn cut_slope(size: Size) -> Vec<Row> {
-    let height = size.pick(12, 16, 24);
+    let height = size.pick(10, 10, 24);
     let bank = Heap::cut(height, 1.0);
     let elastic = bank.settle(f64::INFINITY);
     let strengths: &[f64] = size.pick(&[0.2, 0.22], &[0.22, 0.235], &[0.205, 0.22, 0.235]);

@@ -194,7 +194,7 @@ impl Solver {
     fn update_grid(&mut self, step: &GridStep, tools: &[ToolNow], tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
         let domain = self.domain;
-        let meeting = Meeting { domain: &domain, tools };
+        let meeting = Meeting { domain: &domain, tools, adhesion: step.adhesion };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));

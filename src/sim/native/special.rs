@@ -3,7 +3,7 @@
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
-use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION};
+use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::contact::ToolNow;
 use super::grid::{GridReport, GridStep, Nodes, local};
 use glam::{DVec3, IVec3};
@@ -13,6 +13,8 @@ use glam::{DVec3, IVec3};
 pub(super) struct Meeting<'a> {
     pub domain: &'a Domain,
     pub tools: &'a [ToolNow],
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    pub adhesion: f64,
 }
 
 impl Meeting<'_> {
@@ -267,10 +269,15 @@ impl Block {
             (Some(_), Some((index, distance))) => {
                 let tool = &meeting.tools[index];
                 let normal = tool.motion.end.rotation * DVec3::Z;
-                // Each side is bounded by the blade where it reaches beyond it.
+                // Each side is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
                 for (class, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
-                    if distance * sign <= CONTACT_OFFSET {
-                        self.touch(k, division.field_of(class), (index, tool), world, normal * sign);
+                    let (field, normal, distance) = (division.field_of(class), normal * sign, distance * sign);
+                    if tool.contact == Contact::Stick {
+                        let surface = tool.motion.velocity_at(world);
+                        let after = tool::stick(self.velocity[k][field], surface, normal, distance, meeting.adhesion);
+                        self.push(k, field, (index, tool), world, after);
+                    } else if distance <= CONTACT_OFFSET {
+                        self.touch(k, field, (index, tool), world, normal);
                     }
                 }
             }
@@ -286,14 +293,19 @@ impl Block {
         }
     }
 
-    /// A tool's contact on one field; the tool feels the opposite impulse.
+    /// A tool's contact on one field.
     fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3) {
+        let after = tool.apply(self.velocity[k][field], world, normal);
+        self.push(k, field, (index, tool), world, after);
+    }
+
+    /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
+    fn push(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, after: DVec3) {
         let mass = self.field[k][field].mass;
         if mass <= 0.0 {
             return;
         }
         let before = self.velocity[k][field];
-        let after = tool.apply(before, world, normal);
         let impulse = mass * (after - before);
         self.velocity[k][field] = after;
         self.pushed[k] += impulse;
