@@ -18,7 +18,9 @@ mod page;
 mod picture;
 #[path = "../plot/mod.rs"]
 mod plot;
-mod punch;
+#[path = "../validate/prandtl.rs"]
+#[allow(dead_code, reason = "the case of `validate` uses the rest")]
+mod prandtl;
 #[path = "../validate/report.rs"]
 #[allow(dead_code, reason = "the chart has no limits")]
 mod report;
