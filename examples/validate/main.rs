@@ -166,7 +166,7 @@ struct Output<'a> {
     driver: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<String>,
-    rows: &'a [Row],
+    rows: &'a [&'a Row],
 }
 
 fn main() -> ExitCode {
@@ -191,10 +191,34 @@ fn run(args: &Args) -> Result<bool, String> {
     if cases.is_empty() {
         return Err(format!("no case of the suite has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
+    prepare(args)?;
+    println!("{}", lab::engine(0).describe());
+    let size = if args.quick { Size::Quick } else { Size::Full };
+    let mut found = vec![];
+    let mut is_passed = true;
+    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
+    for case in cases {
+        if case.is_native_only && args.engine == Kind::Gpu {
+            println!("({}: left out, the gpu engine lacks its inputs)", case.name);
+            continue;
+        }
+        let began = Instant::now();
+        let rows = std::panic::catch_unwind(|| (case.run)(size))
+            .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
+        for row in &rows {
+            is_passed &= print_row(row, &known);
+        }
+        println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
+        found.push((case.name, rows));
+    }
+    write(args, &found, &known)?;
+    Ok(is_passed)
+}
+
+/// Fails now, and not after the run, where results could not be written; opens the graphics device.
+fn prepare(args: &Args) -> Result<(), String> {
     if let Some(docs) = &args.docs {
-        let page = docs.join("EVIDENCE.md");
-        // Now, and not after the run.
-        section::write(&page, document::MARKS, str::to_owned).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
+        in_page(docs, str::to_owned)?;
     }
     if let Some(file) = &args.json {
         let folder = folder_of(file);
@@ -206,33 +230,18 @@ fn run(args: &Args) -> Result<bool, String> {
         let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
         lab::GPU.get_or_init(|| std::sync::Mutex::new(engine));
     }
-    println!("{}", lab::engine(0).describe());
-    let size = if args.quick { Size::Quick } else { Size::Full };
-    let mut rows = vec![];
-    let mut lines: Vec<document::Lines> = CASES.iter().map(|c| (c.name, vec![])).collect();
-    let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
-    let mut is_passed = true;
-    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
-    for case in cases {
-        if case.is_native_only && args.engine == Kind::Gpu {
-            println!("({}: left out, the gpu engine lacks its inputs)", case.name);
-            continue;
-        }
-        let began = Instant::now();
-        let found = std::panic::catch_unwind(|| (case.run)(size))
-            .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
-        for row in &found {
-            is_passed &= print_row(row, &known);
-        }
-        println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
-        if let Some((_, new)) = lines.iter_mut().find(|l| l.0 == case.name) {
-            *new = found.iter().map(|row| document::line(case.name, row, &known, &mark)).collect();
-        }
-        rows.extend(found);
-    }
+    Ok(())
+}
+
+/// Writes the rows of each case to where they were asked for.
+fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result<(), String> {
     if let Some(docs) = &args.docs {
-        let new = |old: &str| document::section(old, &lines, &origin());
-        section::write(&docs.join("EVIDENCE.md"), document::MARKS, new).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
+        let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
+        let rows = |name: &str| found.iter().filter(move |f| f.0 == name).flat_map(|f| &f.1);
+        let line = |name: &str, row: &Row| document::line(name, row, known, &mark);
+        let lines: Vec<document::Lines> =
+            CASES.iter().map(|c| (c.name, rows(c.name).map(|row| line(c.name, row)).collect())).collect();
+        in_page(docs, |old| document::section(old, &lines, &origin()))?;
     }
     if let Some(file) = &args.json {
         let output = Output {
@@ -242,11 +251,16 @@ fn run(args: &Args) -> Result<bool, String> {
             adapter: machine::processor(),
             driver: lab::engine(0).describe(),
             commit: machine::commit(),
-            rows: &rows,
+            rows: &found.iter().flat_map(|f| &f.1).collect::<Vec<_>>(),
         };
         write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
     }
-    Ok(is_passed)
+    Ok(())
+}
+
+/// Puts `section(old)` in the place of the table in EVIDENCE.md of `docs`.
+fn in_page(docs: &Path, section: impl FnOnce(&str) -> String) -> Result<(), String> {
+    section::write(&docs.join("EVIDENCE.md"), document::MARKS, section).map_err(|e| format!("--docs {}: {e}", docs.display()))
 }
 
 /// The command line, and what it ran on.
