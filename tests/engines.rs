@@ -101,7 +101,7 @@ fn manufactured_force_agrees() {
     let mut p = plan(&s, 0.25, 20, vec![]);
     let (low, high) = s.domain.corners();
     let (length, phases) = ((high - low).max_element(), DVec3::new(0.3, 1.0, 2.2));
-    let case = Manufactured { amplitude: 0.1, length, low, phases, time: 0.0 };
+    let case = Manufactured { amplitudes: DVec3::splat(0.1), length, low, phases, time: 0.0 };
     p.density_scale = 2.0;
     p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
     assert_all(vec![special("manufactured", s, p)]);

@@ -1,9 +1,16 @@
-//! Stability: the longest stable step of a particle, a block and a sheet, energy over many steps, stress noise of clay that crosses cells.
+//! Stability: the longest stable step of a particle, a block and a sheet, energy over many steps, stress noise of clay that crosses cells, clay pressed
+//! to a sheet.
 
-use crate::lab::{DX, Lab, Random, Size, block, elastic, place, room, room_with, set_velocity, snapshot, stable_step, wave_step};
+use crate::lab::{
+    DX, Lab, Mover, Random, Size, block, elastic, jitter, place, room, room_with, set_velocity, snapshot, stable_step, wave_step,
+};
 use crate::report::Row;
+use bevy_clay::sim::oracle::law::Spectrum;
+use bevy_clay::sim::plan::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
-use glam::{DMat3, DVec3, IVec3};
+use bevy_clay::sim::tool::CONTACT_OFFSET;
+use glam::{DMat3, DQuat, DVec3, IVec3};
+use std::collections::{HashMap, HashSet};
 
 /// Where the bisection of the step limit ends, over `time_step_limit`. The limit of the rows is 1 less this.
 const WIDTH: f64 = 2e-3;
@@ -12,7 +19,7 @@ const WIDTH: f64 = 2e-3;
 pub(crate) fn step_limit(size: Size) -> Vec<Row> {
     let ratios: &[f64] = size.pick(&[0.45], &[0.1, 0.45], &[0.1, 0.3, 0.45, 0.49]);
     let steps = size.pick(300, 500, 2000);
-    let edge = size.pick(4, 5, 8);
+    let edge = size.pick(4, 4, 8);
     let sheet = IVec3::new(2 * edge, 1, 2 * edge);
     let row = |body: &str, poisson_ratio: f64, is_stable: &dyn Fn(&ClayMaterial, f64) -> bool| {
         let material = elastic(poisson_ratio);
@@ -116,7 +123,7 @@ pub(crate) fn energy(size: Size) -> Vec<Row> {
     let per_frame = 97;
     let frames = steps / per_frame + 1;
     let row = |body: &str, value: f64| Row::at_most(format!("energy: growth of {body} in {steps} substeps"), value, "%", 1.0);
-    let edge = size.pick(4, 5, 8);
+    let edge = size.pick(4, 4, 8);
     let mut rows = vec![];
     let bodies = [
         ("a free block, nu 0.1", 0.1, IVec3::splat(edge)),
@@ -154,8 +161,111 @@ fn ringing(material: &ClayMaterial, cells: IVec3) -> Snapshot {
     snapshot(room([extent; 3], Wall::Separate), *material, particles)
 }
 
-/// A bar, pressed between slip walls along y and z and free along x, moves 20 cells along x: its stress stays what it is.
+/// What became of clay pressed to a sheet.
+struct Sheet {
+    /// Greatest share of cells inside the clay that held no particle, on the way [%].
+    holes: f64,
+    /// Least principal elastic stretch of any particle, on the way [-].
+    stretch: f64,
+}
+
+/// A square bar of 2 `half` cells an edge, pressed by a plate on a slip floor in plane strain until it is 20 times as long as thick, by volume. The half
+/// at x > 0 is computed, of clay as scenes fill it: a lattice moved by up to a quarter of its spacing. The plate thins it at a constant
+/// rate, at which `inertia` is rho V^2 / k at the ends at last.
+fn press(half: i32, contact: Contact, inertia: f64) -> Sheet {
+    const THICKNESS: i32 = 4;
+    const ASPECT: f64 = 20.0;
+    const FRAME: u32 = 32;
+    let material = Preset::SoftClay.material();
+    let area = f64::from(4 * half * half);
+    // The half length L / 2 at L^2 / area = ASPECT.
+    let end = (ASPECT * area).sqrt() / 2.0;
+    let walls = Walls { low: [Wall::Slip; 3], high: [Wall::Slip; 3] };
+    let room = [(end / 4.0).ceil() as i32 * 4 + 4, 2 * half + 8, THICKNESS];
+    let domain = room_with(room, walls);
+    let mut particles = block(DVec3::ZERO, IVec3::new(half, 2 * half, THICKNESS));
+    jitter(&mut particles, 0.25 * 0.5, 7);
+    let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
+    lab.plan.volume_averaging = VOLUME_AVERAGING;
+    let seconds = f64::from(FRAME) * lab.plan.dt;
+    let rate = (inertia * material.shear_strength() / material.density).sqrt() / (end * DX);
+    let mut height = f64::from(2 * half);
+    // The plate covers the room; its face acts where the clay's surface is.
+    let plate = DVec3::new(f64::from(room[0]) + 4.0, 4.0, f64::from(THICKNESS));
+    let at = DVec3::new(0.0, height + plate.y + CONTACT_OFFSET - 1e-6, 0.5 * f64::from(THICKNESS));
+    let mut mover = Mover::new(&domain, ToolShape::Box { half_size: plate }, contact, at, DQuat::IDENTITY);
+    let mut found = Sheet { holes: 0.0, stretch: 1.0 };
+    loop {
+        let drop = -height * (-rate * seconds).exp_m1();
+        mover.velocity = DVec3::NEG_Y * drop * DX / seconds;
+        let mut is_sound = true;
+        for _ in 0..5 {
+            let report = lab.frame_moving(FRAME, &mut mover);
+            is_sound &= report.health.is_ok() && report.clamped == 0;
+            height -= drop;
+        }
+        let particles = lab.particles();
+        if !is_sound || height < 1.0 {
+            return Sheet { holes: f64::NAN, stretch: f64::NAN };
+        }
+        found.holes = found.holes.max(holes(&particles, height));
+        found.stretch = particles.iter().map(least_stretch).fold(found.stretch, f64::min);
+        let reach = particles.iter().map(|p| place(p).x).fold(0.0, f64::max);
+        if reach > end {
+            return found;
+        }
+    }
+}
+
+/// Share [%] of the cells below `height` [cells] that hold no particle though one lies further out in their row along x.
+fn holes(particles: &[Particle], height: f64) -> f64 {
+    let filled: HashSet<[i32; 3]> = particles.iter().map(|p| place(p).floor().as_ivec3().to_array()).collect();
+    let mut rows: HashMap<[i32; 2], (i32, i32)> = HashMap::new();
+    for &[x, y, z] in filled.iter().filter(|cell| cell[1] < height.floor() as i32) {
+        let (last, count) = rows.entry([y, z]).or_default();
+        *last = x.max(*last);
+        *count += 1;
+    }
+    let (inside, full) = rows.values().fold((0, 0), |s, (last, count)| (s.0 + last + 1, s.1 + count));
+    100.0 * (1.0 - f64::from(full) / f64::from(inside))
+}
+
+/// Least singular value of a particle's elastic deformation gradient [-].
+fn least_stretch(particle: &Particle) -> f64 {
+    let [xx, yy, zz, xy, xz, yz] = particle.elastic_strain.map(f64::from);
+    let strain = DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz));
+    (1.0 + Spectrum::of(strain).values.min_element()).sqrt()
+}
+
+/// Rows of clay pressed to 20 : 1. At yield the least stretch is `exp(-sY / (3 mu)) = 0.983`, times that of the pressure: under friction J is down to 0.945
+/// in the middle of the sheet, 0.981. No figure was asked for; at 0.9 a particle would hold six times the strain of yield.
+fn pressed(size: Size) -> Vec<Row> {
+    let rows = |name: &str, contact: Contact| {
+        let (half, inertia) = size.pick((6, 0.5), (6, 0.5), (9, 0.05));
+        let sheet = press(half, contact, inertia);
+        [
+            Row::at_most(format!("pressed to 20:1, {name}: cells inside without a particle"), sheet.holes, "%", 1.0),
+            Row::at_least(format!("pressed to 20:1, {name}: least elastic stretch"), sheet.stretch, "-", 0.9),
+        ]
+    };
+    let mut found = rows("friction 0.3", Contact::default()).to_vec();
+    if size == Size::Full {
+        found.extend(rows("no friction", Contact::Slip));
+    }
+    found
+}
+
+/// Clay that moves far across cells: a stressed bar in one piece, and a block pressed to a sheet.
 pub(crate) fn crossing(size: Size) -> Vec<Row> {
+    let mut rows = moving_bar(size);
+    if size != Size::Test {
+        rows.extend(pressed(size));
+    }
+    rows
+}
+
+/// A bar, pressed between slip walls along y and z and free along x, moves 20 cells along x: its stress stays what it is.
+fn moving_bar(size: Size) -> Vec<Row> {
     let material = elastic(0.3);
     let (mu, lambda) = (material.lame_mu(), material.lame_lambda());
     // Hencky strains with no stress along x: (2 mu + lambda) h_x + 2 lambda h = 0.
