@@ -237,10 +237,13 @@ fn prepare(args: &Args) -> Result<(), String> {
 fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result<(), String> {
     if let Some(docs) = &args.docs {
         let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
-        let rows = |name: &str| found.iter().filter(move |f| f.0 == name).flat_map(|f| &f.1);
-        let line = |name: &str, row: &Row| document::line(name, row, known, &mark);
-        let lines: Vec<document::Lines> =
-            CASES.iter().map(|c| (c.name, rows(c.name).map(|row| line(c.name, row)).collect())).collect();
+        let lines: Vec<document::Lines> = CASES
+            .iter()
+            .map(|case| {
+                let rows = found.iter().filter(|f| f.0 == case.name).flat_map(|f| &f.1);
+                (case.name, rows.map(|row| document::line(case.name, row, known, &mark)).collect())
+            })
+            .collect();
         in_page(docs, |old| document::section(old, &lines, &origin()))?;
     }
     if let Some(file) = &args.json {
