@@ -16,7 +16,7 @@ pub const BAND: f64 = 1.5;
 /// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic spline at the plane (it sums to 1), S the part of
 /// the spline, and so of the node's full mass, that is on the clay's side. 0 from [`BAND`] on.
 pub fn traction_share(distance: f64) -> f64 {
-    // Where hardly any clay reaches the node the share grows beyond all bounds.
+    // Where hardly any clay reaches the node the share grows beyond all bounds [cells].
     const LEAST: f64 = 1e-3;
     let (d, reach) = (distance, BAND - distance.abs());
     let (at_plane, in_clay) = match d {
