@@ -2,6 +2,7 @@
 
 use crate::lab::{DX, Lab, Mover, Size, block, room_with, snapshot, stable_step};
 use crate::report::Row;
+use crate::slump::line;
 use bevy_clay::sim::plan::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
@@ -88,19 +89,17 @@ impl Cut {
     }
 }
 
-/// Least squares `F = a + b h^p`: slope b and what is left of the squares, for one p.
-fn line(points: &[[f64; 2]], p: f64) -> (f64, f64) {
-    let n = points.len() as f64;
-    let mean = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|[h, force]| f(h.powf(p), *force)).sum::<f64>() / n;
-    let (x, y) = (mean(&|x, _| x), mean(&|_, y| y));
-    let b = mean(&|a, f| (a - x) * (f - y)) / mean(&|a, _| (a - x).powi(2));
-    (b, mean(&|a, f| (f - y - b * (a - x)).powi(2)))
+/// Slope b of the least squares `F = a + b h^p`, and what is left of the squares.
+fn fit(points: &[[f64; 2]], p: f64) -> (f64, f64) {
+    let powers: Vec<[f64; 2]> = points.iter().map(|[h, force]| [h.powf(p), *force]).collect();
+    let (a, b) = line(&powers);
+    (b, powers.iter().map(|[x, force]| (force - a - b * x).powi(2)).sum())
 }
 
 /// The exponent p of the best `F = a + b h^p`.
 fn exponent(points: &[[f64; 2]]) -> f64 {
     let candidates = (100..=2000).map(|i| f64::from(i) * 1e-3);
-    candidates.min_by(|a, b| line(points, *a).1.total_cmp(&line(points, *b).1)).unwrap_or(f64::NAN)
+    candidates.min_by(|a, b| fit(points, *a).1.total_cmp(&fit(points, *b).1)).unwrap_or(f64::NAN)
 }
 
 /// A blade without thickness has no edge to bear on clay, its flanks bear the clay's shear strength: `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without
@@ -114,8 +113,8 @@ pub(crate) fn force(size: Size) -> Vec<Row> {
     let area = |points: &[[f64; 2]]| points.iter().map(|p| p[1] * FRAME).sum::<f64>();
     let work = area(&sticking.press);
     vec![
-        Row::at_most("blade force: slope, sticking, off 2 k L by", (line(&rough, 1.0).0 / 2.0 - 1.0).abs(), "relative", 0.1),
-        Row::at_most("blade force: slope, frictionless", (line(&smooth, 1.0).0 / 2.0).abs(), "of 2 k L", 0.1),
+        Row::at_most("blade force: slope, sticking, off 2 k L by", (fit(&rough, 1.0).0 / 2.0 - 1.0).abs(), "relative", 0.1),
+        Row::at_most("blade force: slope, frictionless", (fit(&smooth, 1.0).0 / 2.0).abs(), "of 2 k L", 0.1),
         Row::at_most("blade force: exponent after the intercept, sticking, off 1 by", (exponent(&rough) - 1.0).abs(), "-", 0.05),
         Row::at_least("blade force: loop area over work, sticking", (work - area(&sticking.withdraw)) / work, "-", 0.9),
     ]

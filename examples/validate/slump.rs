@@ -148,7 +148,7 @@ pub(crate) fn cylinder(size: Size) -> Vec<Row> {
 }
 
 /// Least squares `y = a + b x`.
-fn line(points: &[[f64; 2]]) -> (f64, f64) {
+pub(crate) fn line(points: &[[f64; 2]]) -> (f64, f64) {
     let n = points.len() as f64;
     let mean = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>() / n;
     let (x, y) = (mean(&|p| p[0]), mean(&|p| p[1]));
