@@ -263,14 +263,17 @@ fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result
 
 /// Puts `section(old)` in the place of the table in EVIDENCE.md of `docs`.
 fn in_page(docs: &Path, section: impl FnOnce(&str) -> String) -> Result<(), String> {
-    section::write(&docs.join("EVIDENCE.md"), document::MARKS, section).map_err(|e| format!("--docs {}: {e}", docs.display()))
+    let page = docs.join("EVIDENCE.md");
+    section::write(&page, document::MARKS, section).map_err(|e| format!("--docs: {}: {e}", page.display()))
 }
 
-/// The command line, and what it ran on.
+/// The command line, when and on what it ran.
 fn origin() -> String {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let quoted = |a: String| if a.contains(' ') { format!("\"{a}\"") } else { a };
+    let arguments: Vec<String> = std::env::args().skip(1).map(quoted).collect();
     let commit = machine::commit().map_or_else(String::new, |c| format!("; commit {c}"));
-    format!("`cargo validate {}`; {}; {}{commit}.", arguments.join(" "), machine::processor(), lab::engine(0).describe())
+    let (command, engine) = (arguments.join(" "), lab::engine(0).describe());
+    format!("`cargo validate {command}`; {}; {}; {engine}{commit}.", machine::today(), machine::processor())
 }
 
 /// Prints a row with its verdict; false if the row fails the run.
