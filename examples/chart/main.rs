@@ -18,11 +18,15 @@ mod page;
 mod picture;
 #[path = "../plot/mod.rs"]
 mod plot;
-mod punch;
+#[path = "../validate/prandtl.rs"]
+#[allow(dead_code, reason = "the case of `validate` uses the rest")]
+mod prandtl;
 #[path = "../validate/report.rs"]
 #[allow(dead_code, reason = "the chart has no limits")]
 mod report;
 mod scenes;
+#[path = "../validate/section.rs"]
+mod section;
 mod table;
 mod verdict;
 
@@ -106,7 +110,7 @@ fn run(args: &Args) -> Result<(), String> {
     if let Some(docs) = &args.docs {
         page::write(docs, &table, &pictures[1]).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
     }
-    println!("\n{}", page::section(&table));
+    println!("\n{}", page::text(&table));
     println!("{} rows in {:.0} s:", table.rows.len(), began.elapsed().as_secs_f64());
     for file in [&csv, &pictures[0], &pictures[1]] {
         println!("{}", file.display());

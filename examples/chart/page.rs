@@ -1,17 +1,17 @@
 //! What the documents show of the chart: sentences, picture and tables.
 
 use super::knobs::Knob;
+use super::section::{self, Marks};
 use super::table::{Row, Table};
 use super::verdict;
 use std::fmt::Write as _;
-use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 /// Where the page holds the section, without these lines.
-const MARKS: [&str; 2] = ["<!-- CHART:BEGIN -->\n", "<!-- CHART:END -->"];
+const MARKS: Marks = ["<!-- CHART:BEGIN -->\n", "<!-- CHART:END -->"];
 
 /// Everything but the picture.
-pub(crate) fn section(table: &Table) -> String {
+pub(crate) fn text(table: &Table) -> String {
     let mut text = format!("{}, {}.\n\n", table.provenance(), table.date);
     for sentence in verdict::sentences(table) {
         let _ = writeln!(text, "- {sentence}");
@@ -25,19 +25,9 @@ pub(crate) fn section(table: &Table) -> String {
 /// # Errors
 /// A file that cannot be read or written, or a page without marks.
 pub(crate) fn write(docs: &Path, table: &Table, picture: &Path) -> std::io::Result<()> {
-    let page = docs.join("EVIDENCE.md");
-    let text = std::fs::read_to_string(&page)?;
-    let new = with_section(&text, &format!("![Error against time](images/chart.png)\n\n{}", section(table)));
-    let new = new.ok_or_else(|| Error::new(ErrorKind::InvalidData, format!("EVIDENCE.md has no {} and end", MARKS[0].trim())))?;
-    std::fs::write(&page, new)?;
+    let new = |_: &str| format!("![Error against time](images/chart.png)\n\n{}", text(table));
+    section::write(&docs.join("EVIDENCE.md"), MARKS, new)?;
     std::fs::write(docs.join("images/chart.png"), std::fs::read(picture)?)
-}
-
-/// The page with another section between its marks.
-fn with_section(page: &str, section: &str) -> Option<String> {
-    let (before, rest) = page.split_once(MARKS[0])?;
-    let (_, after) = rest.split_once(MARKS[1])?;
-    Some(format!("{before}{}{section}{}{after}", MARKS[0], MARKS[1]))
 }
 
 /// The table of each scene: a line per point, its errors side by side, a star on the front.
@@ -86,14 +76,6 @@ mod tests {
     use super::super::table::tests::table;
     use super::super::verdict::tests::rows;
     use super::*;
-
-    #[test]
-    fn section_goes_between_the_marks() {
-        let page = "before\n<!-- CHART:BEGIN -->\nold\n<!-- CHART:END -->\nafter\n";
-        let expected = "before\n<!-- CHART:BEGIN -->\nnew\n<!-- CHART:END -->\nafter\n";
-        assert_eq!(with_section(page, "new\n").as_deref(), Some(expected));
-        assert_eq!(with_section("no marks", "new"), None);
-    }
 
     #[test]
     fn table_stars_the_front() {

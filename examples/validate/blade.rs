@@ -104,7 +104,7 @@ fn sweep(travel: f64, seed: u64) -> Sweep {
 
 /// Sweeps at 0.02 to 3 cells per substep.
 pub(crate) fn leak(size: Size) -> Vec<Row> {
-    let speeds: &[f64] = size.pick(&[0.1, 1.0, 3.0], &[0.02, 0.1, 0.5, 1.0, 3.0], &[0.02, 0.1, 0.5, 1.0, 3.0]);
+    let speeds: &[f64] = size.pick(&[0.1, 1.0, 3.0], &[0.1, 0.5, 1.0, 3.0], &[0.02, 0.1, 0.5, 1.0, 3.0]);
     let seeds = size.pick(1, 1, 5);
     let mut rows = vec![];
     for &travel in speeds {

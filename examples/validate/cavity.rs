@@ -104,7 +104,7 @@ fn radial_stress(material: &ClayMaterial, p: &Particle) -> f64 {
 pub(crate) fn expansion(size: Size) -> Vec<Row> {
     const START: f64 = 3.0;
     const END: f64 = 6.0;
-    let outer: f64 = size.pick(16.0, 24.0, 48.0);
+    let outer: f64 = size.pick(16.0, 20.0, 48.0);
     let cells = outer as i32;
     let material = Preset::SoftClay.material();
     // Symmetry at the low walls; beyond the ball there is air.

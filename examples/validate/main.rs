@@ -1,7 +1,7 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
 //! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--engine gpu]
-//! [--json FILE] [--only SUBSTRING]`
+//! [--json FILE] [--docs docs] [--only SUBSTRING]`
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
 //! worse or passes now. 2: bad arguments.
@@ -12,7 +12,10 @@ mod cavity;
 mod collapse;
 mod cone;
 mod contact;
+mod document;
+mod edge;
 mod elastic;
+mod evidence;
 mod hertz;
 mod input;
 mod lab;
@@ -25,6 +28,7 @@ mod prandtl;
 mod published;
 mod report;
 mod robust;
+mod section;
 mod slump;
 mod stability;
 mod storage;
@@ -51,6 +55,9 @@ struct Args {
     /// Writes the rows to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Puts the rows into the table between the marks of EVIDENCE.md in DOCS; other cases, and those without a row, keep their lines.
+    #[arg(long, value_name = "DOCS")]
+    docs: Option<PathBuf>,
     /// The engine that runs the cases.
     #[arg(long, default_value = "native")]
     engine: Kind,
@@ -79,6 +86,16 @@ enum Kind {
     Native,
     /// Compute passes on the default graphics adapter.
     Gpu,
+}
+
+impl Kind {
+    /// Its name in the table.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Gpu => "gpu",
+        }
+    }
 }
 
 /// A group of rows computed together.
@@ -118,6 +135,7 @@ const CASES: &[Case] = &[
     physics("punch", prandtl::punch),
     physics("cut slope", slump::cut_slope),
     physics("cylinder slump", slump::cylinder),
+    physics("blade force", edge::force),
     stability("step limit", stability::step_limit),
     stability("energy", stability::energy),
     stability("cell crossing", stability::crossing),
@@ -148,7 +166,7 @@ struct Output<'a> {
     driver: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<String>,
-    rows: &'a [Row],
+    rows: &'a [&'a Row],
 }
 
 fn main() -> ExitCode {
@@ -173,6 +191,35 @@ fn run(args: &Args) -> Result<bool, String> {
     if cases.is_empty() {
         return Err(format!("no case of the suite has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
+    prepare(args)?;
+    println!("{}", lab::engine(0).describe());
+    let size = if args.quick { Size::Quick } else { Size::Full };
+    let mut found = vec![];
+    let mut is_passed = true;
+    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
+    for case in cases {
+        if case.is_native_only && args.engine == Kind::Gpu {
+            println!("({}: left out, the gpu engine lacks its inputs)", case.name);
+            continue;
+        }
+        let began = Instant::now();
+        let rows = std::panic::catch_unwind(|| (case.run)(size))
+            .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
+        for row in &rows {
+            is_passed &= print_row(row, &known);
+        }
+        println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
+        found.push((case.name, rows));
+    }
+    write(args, &found, &known)?;
+    Ok(is_passed)
+}
+
+/// Fails now, and not after the run, where results could not be written; opens the graphics device.
+fn prepare(args: &Args) -> Result<(), String> {
+    if let Some(docs) = &args.docs {
+        in_page(docs, str::to_owned)?;
+    }
     if let Some(file) = &args.json {
         let folder = folder_of(file);
         if !folder.is_dir() {
@@ -183,24 +230,21 @@ fn run(args: &Args) -> Result<bool, String> {
         let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
         lab::GPU.get_or_init(|| std::sync::Mutex::new(engine));
     }
-    println!("{}", lab::engine(0).describe());
-    let size = if args.quick { Size::Quick } else { Size::Full };
-    let mut rows = vec![];
-    let mut is_passed = true;
-    println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
-    for case in cases {
-        if case.is_native_only && args.engine == Kind::Gpu {
-            println!("({}: left out, the gpu engine lacks its inputs)", case.name);
-            continue;
-        }
-        let began = Instant::now();
-        let found = std::panic::catch_unwind(|| (case.run)(size))
-            .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
-        for row in &found {
-            is_passed &= print_row(row, &known);
-        }
-        println!("{:64} {:10.1} s", format!("({})", case.name), began.elapsed().as_secs_f64());
-        rows.extend(found);
+    Ok(())
+}
+
+/// Writes the rows of each case to where they were asked for.
+fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result<(), String> {
+    if let Some(docs) = &args.docs {
+        let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
+        let lines: Vec<document::Lines> = CASES
+            .iter()
+            .map(|case| {
+                let rows = found.iter().filter(|f| f.0 == case.name).flat_map(|f| &f.1);
+                (case.name, rows.map(|row| document::line(case.name, row, known, &mark)).collect())
+            })
+            .collect();
+        in_page(docs, |old| document::section(old, &lines, &origin()))?;
     }
     if let Some(file) = &args.json {
         let output = Output {
@@ -210,11 +254,26 @@ fn run(args: &Args) -> Result<bool, String> {
             adapter: machine::processor(),
             driver: lab::engine(0).describe(),
             commit: machine::commit(),
-            rows: &rows,
+            rows: &found.iter().flat_map(|f| &f.1).collect::<Vec<_>>(),
         };
         write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
     }
-    Ok(is_passed)
+    Ok(())
+}
+
+/// Puts `section(old)` in the place of the table in EVIDENCE.md of `docs`.
+fn in_page(docs: &Path, section: impl FnOnce(&str) -> String) -> Result<(), String> {
+    let page = docs.join("EVIDENCE.md");
+    section::write(&page, document::MARKS, section).map_err(|e| format!("--docs: {}: {e}", page.display()))
+}
+
+/// The command line, when and on what it ran.
+fn origin() -> String {
+    let quoted = |a: String| if a.contains(' ') { format!("\"{a}\"") } else { a };
+    let arguments: Vec<String> = std::env::args().skip(1).map(quoted).collect();
+    let commit = machine::commit().map_or_else(String::new, |c| format!("; commit {c}"));
+    let (command, engine) = (arguments.join(" "), lab::engine(0).describe());
+    format!("`cargo validate {command}`; {}; {}; {engine}{commit}.", machine::today(), machine::processor())
 }
 
 /// Prints a row with its verdict; false if the row fails the run.

@@ -118,7 +118,7 @@ fn mean_height(particles: &[Particle], which: &[usize]) -> f64 {
 ///
 /// It stands for `k / (rho g H) >= 1 / 3.78 = 0.2645` (bounds 3.776 and 3.783: Pastor et al. 2000, Lyamin and Sloan 2002).
 pub(crate) fn cut_slope(size: Size) -> Vec<Row> {
-    let height = size.pick(12, 16, 24);
+    let height = size.pick(10, 10, 24);
     let bank = Heap::cut(height, 1.0);
     let elastic = bank.settle(f64::INFINITY);
     let strengths: &[f64] = size.pick(&[0.2, 0.22], &[0.22, 0.235], &[0.205, 0.22, 0.235]);
@@ -148,7 +148,7 @@ pub(crate) fn cylinder(size: Size) -> Vec<Row> {
 }
 
 /// Least squares `y = a + b x`.
-fn line(points: &[[f64; 2]]) -> (f64, f64) {
+pub(crate) fn line(points: &[[f64; 2]]) -> (f64, f64) {
     let n = points.len() as f64;
     let mean = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>() / n;
     let (x, y) = (mean(&|p| p[0]), mean(&|p| p[1]));

@@ -40,7 +40,9 @@
 //!       has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4 at 32 cells.)
 //!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
 //!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
-//!       (the contact of the tool; U belongs to main). Elsewhere the two fields of a split node exchange momentum while they approach along
+//!       (the contact of the tool; U belongs to main). A blade that sticks holds these nodes across its plane; along it, it takes each class's field of
+//!       every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the clay's shear strength: a traction of k, shared out as the
+//!       stress of clay at yield is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane lies between them.) Elsewhere the two fields of a split node exchange momentum while they approach along
 //!       `n = m_B grad m_F - m_F grad m_B` (central differences of node masses, normalised; no exchange where it vanishes): with
 //!       `u = (v_F - v_B) . n < 0` and reduced mass `m = m_F m_B / (m_F + m_B)` of the two fields, impulse `-m u` on the front field along n
 //!       and, against sliding, at most [`CUT_FRICTION`](tool::CUT_FRICTION) times that (never more than stops the sliding).

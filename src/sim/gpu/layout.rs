@@ -69,7 +69,7 @@ pub(super) struct Params {
     pub averaging: f32,
     pub averaging_last: f32,
     pub averaging_last_at: u32,
-    pub spare0: u32,
+    pub adhesion: f32,
 }
 
 /// What a frame's parameters are made of.
@@ -91,7 +91,7 @@ pub(super) struct ParamsInput<'a> {
 
 /// Greatest node travel in one substep [cells], as on the native engine.
 const TRAVEL_LIMIT: f32 = 0.49;
-/// The greatest yield norm: an elastic clay's is infinite, which shaders may not count on.
+/// The greatest yield norm, and adhesion: an elastic clay's is infinite, which shaders may not count on.
 const YIELD_NORM_MAX: f32 = 1e30;
 
 impl Params {
@@ -152,7 +152,7 @@ impl Params {
             averaging_last: plan.averaging_share(last_averaging, input.steps) as f32,
             // Of an earlier submission it wraps to where no substep is.
             averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
-            spare0: 0,
+            adhesion: ((m.shear_strength() * dt * dt / (plan.inertial_density() * dx * dx)) as f32).min(YIELD_NORM_MAX),
         }
     }
 }

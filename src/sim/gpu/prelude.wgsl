@@ -39,7 +39,7 @@ struct Params {
     averaging: f32, // share of its difference to its cell's mean that a flowing particle's ln J loses
     averaging_last: f32, // the same at the frame's last averaging, which stands for fewer substeps
     averaging_last_at: u32, // the substep of this submission, from 1, that it is in
-    spare0: u32,
+    adhesion: f32, // velocity that the clay's shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
 }
 
 struct ToolCount {

@@ -120,6 +120,29 @@ fn contact(t: Tool, v: vec3f, q: vec3f, n: vec3f) -> vec3f {
     return tool + slide * max(1.0 + t.friction * normal / speed, 0.0);
 }
 
+// Acceleration of a node before a plane by a traction t of the plane, over t / (rho_s dx): the spline at the plane over its part in the clay.
+fn traction_share(d: f32) -> f32 {
+    let reach = BAND - abs(d);
+    if reach <= 0.0 { return 0.0; }
+    if d > 0.5 { return 0.5 * reach * reach / (1.0 - reach * reach * reach / 6.0); }
+    if d < -0.5 { return 3.0 / max(reach, 1e-3); }
+    return (0.75 - d * d) / (0.5 + 0.75 * d - d * d * d / 3.0);
+}
+
+// Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the clay along with at most its shear strength.
+fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -> vec3f {
+    let surface = velocity_at(t, q);
+    let relative = v - surface;
+    let leaving = dot(relative, n);
+    let slide = relative - leaving * n;
+    let speed = length(slide);
+    let most = adhesion * traction_share(distance_);
+    var after = surface;
+    if distance_ > CONTACT_OFFSET { after += leaving * n; }
+    if speed > most { after += (1.0 - most / speed) * slide; }
+    return after;
+}
+
 // Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about it.
 fn is_near_block(t: Tool, block: vec3i) -> bool {
     let reach = 3.0 * sqrt(3.0) + BAND;

@@ -206,7 +206,7 @@ mod tests {
                 averaging,
                 averaging_last,
                 averaging_last_at,
-                spare0,
+                adhesion,
             ]
         );
         twin!(

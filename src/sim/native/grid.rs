@@ -56,6 +56,8 @@ pub(super) struct GridStep {
     pub gravity: DVec3,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    pub adhesion: f64,
     /// Further inputs of validation cases; blocks take the long way where there are any.
     pub special: Option<Special>,
 }
@@ -109,6 +111,7 @@ impl GridStep {
         Self {
             gravity: plan.gravity * acceleration,
             damping: (-validation.damping * dt).exp(),
+            adhesion: plan.material.shear_strength() * acceleration / (plan.material.density * domain.cell_width),
             special: is_special.then_some(special),
         }
     }

@@ -3,7 +3,7 @@
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
-use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, closed_share};
+use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::contact::ToolNow;
 use super::grid::{GridReport, GridStep, Nodes, local};
 use super::touching::Touching;
@@ -16,6 +16,8 @@ pub(super) struct Meeting<'a> {
     pub tools: &'a [ToolNow],
     /// Where separating tools touch.
     pub touching: &'a Touching,
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    pub adhesion: f64,
 }
 
 impl Meeting<'_> {
@@ -285,10 +287,15 @@ impl Block {
             (Some(_), Some((index, distance))) => {
                 let tool = &meeting.tools[index];
                 let normal = tool.motion.end.rotation * DVec3::Z;
-                // Each side is bounded by the blade where it reaches beyond it.
+                // Each side is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
                 for (class, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
-                    if distance * sign <= CONTACT_OFFSET {
-                        self.touch(k, division.field_of(class), (index, tool), world, normal * sign, 1.0);
+                    let (field, normal, distance) = (division.field_of(class), normal * sign, distance * sign);
+                    if tool.contact == Contact::Stick {
+                        let surface = tool.motion.velocity_at(world);
+                        let after = tool::stick(self.velocity[k][field], surface, normal, distance, meeting.adhesion);
+                        self.push(k, field, (index, tool), world, after);
+                    } else if distance <= CONTACT_OFFSET {
+                        self.touch(k, field, (index, tool), world, normal, 1.0);
                     }
                 }
             }
@@ -297,7 +304,7 @@ impl Block {
         }
         for (index, tool) in meeting.tools.iter().enumerate() {
             if let Some((distance, normal)) = tool.touch(world) {
-                let share = if tool.separates() { closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
+                let share = if tool.separates() { tool::closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
                 for field in [MAIN, OTHER] {
                     self.touch(k, field, (index, tool), world, normal, share);
                 }
@@ -305,14 +312,20 @@ impl Block {
         }
     }
 
-    /// A share of a tool's contact on one field; the tool feels the opposite impulse.
+    /// A share of a tool's contact on one field.
     fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3, share: f64) {
+        let before = self.velocity[k][field];
+        let after = before + share * (tool.apply(before, world, normal) - before);
+        self.push(k, field, (index, tool), world, after);
+    }
+
+    /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
+    fn push(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, after: DVec3) {
         let mass = self.field[k][field].mass;
         if mass <= 0.0 {
             return;
         }
         let before = self.velocity[k][field];
-        let after = before + share * (tool.apply(before, world, normal) - before);
         let impulse = mass * (after - before);
         self.velocity[k][field] = after;
         self.pushed[k] += impulse;

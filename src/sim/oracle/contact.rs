@@ -7,7 +7,7 @@
 
 use super::super::engine::{FrameReport, ToolReport};
 use super::super::snapshot::Side;
-use super::super::tool::{CONTACT_OFFSET, CUT_FRICTION, Contact, closed_share};
+use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid};
 use super::tools::{Moment, MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
@@ -31,16 +31,21 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
     }
 }
 
-/// The blade stops each class's field where that reaches beyond the blade's plane.
+/// The blade stops each class's field where that reaches beyond the blade's plane; a sticking one takes it along.
 fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
     let tool = &around.tools[band.tool];
     let Some(blade) = tool.blade else { return };
     for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
-        if band.distance * sign <= CONTACT_OFFSET {
-            let node = &mut grid.nodes[index];
-            let world = around.domain.to_world(coordinate.as_dvec3());
-            let field = &mut node.fields[node.field_index(side)];
-            touch(field, tool, world, blade.normal() * sign, 1.0, &mut frame.tools[band.tool]);
+        let node = &mut grid.nodes[index];
+        let world = around.domain.to_world(coordinate.as_dvec3());
+        let field = &mut node.fields[node.field_index(side)];
+        let (normal, distance) = (blade.normal() * sign, band.distance * sign);
+        let felt = &mut frame.tools[band.tool];
+        if tool.path.tool.contact == Contact::Stick {
+            let after = tool::stick(field.velocity, tool.velocity(world, normal), normal, distance, around.adhesion());
+            push(field, tool, world, after, felt);
+        } else if distance <= CONTACT_OFFSET {
+            touch(field, tool, world, normal, 1.0, felt);
         }
     }
 }
@@ -102,7 +107,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
             if node.is_ghost || distance >= tool.path.tool.contact.offset() {
                 continue;
             }
-            let share = if tool.separates() { closed_share(node.touching / full, distance) } else { 1.0 };
+            let share = if tool.separates() { tool::closed_share(node.touching / full, distance) } else { 1.0 };
             for field in &mut node.fields {
                 touch(field, tool, world, tool.normal(world), share, felt);
             }
@@ -112,11 +117,16 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
 
 /// A `share` of a tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
 fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, share: f64, felt: &mut ToolReport) {
+    let closed = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
+    let after = field.velocity + share * (closed - field.velocity);
+    push(field, tool, world, after, felt);
+}
+
+/// A tool brings one field at the node `world` [m] to the velocity `after` [m/s].
+fn push(field: &mut Field, tool: &MovingTool, world: DVec3, after: DVec3, felt: &mut ToolReport) {
     if field.sum.mass == 0.0 {
         return;
     }
-    let closed = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
-    let after = field.velocity + share * (closed - field.velocity);
     let impulse = field.sum.mass * (after - field.velocity);
     if after != field.velocity {
         felt.contacts += 1;

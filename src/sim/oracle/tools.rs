@@ -100,6 +100,11 @@ impl<'a> Surroundings<'a> {
         (-self.plan.validation.damping * self.plan.dt).exp()
     }
 
+    /// Velocity [m/s] that a traction of the clay's shear strength gives in the substep to clay one cell deep, `k h / (rho_s dx)`.
+    pub(super) fn adhesion(&self) -> f64 {
+        self.plan.material.shear_strength() * self.plan.dt / (self.plan.inertial_density() * self.domain.cell_width)
+    }
+
     /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite without tools.
     fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);

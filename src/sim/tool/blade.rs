@@ -5,10 +5,43 @@
 //! found from the present distance alone leak 4-97 % of the particles, these 0 % (a test sweeps the blade at up to 3 cells per substep).
 
 use super::path::{Motion, Pose};
+use super::shape::CONTACT_OFFSET;
 use glam::DVec3;
 
 /// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a quadratic spline reaches 1.5.
 pub const BAND: f64 = 1.5;
+
+/// Acceleration of a node at `distance` [cells] before a plane, positive in the clay, by a traction t of the plane on the clay, over `t / (rho_s dx)`.
+///
+/// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic spline at the plane (it sums to 1), S the part of
+/// the spline, and so of the node's full mass, that is on the clay's side. 0 from [`BAND`] on.
+pub fn traction_share(distance: f64) -> f64 {
+    // Where hardly any clay reaches the node the share grows beyond all bounds [cells].
+    const LEAST: f64 = 1e-3;
+    let (d, reach) = (distance, BAND - distance.abs());
+    let (at_plane, in_clay) = match d {
+        _ if reach <= 0.0 => (0.0, 1.0),
+        _ if d > 0.5 => (0.5 * reach * reach, 1.0 - reach.powi(3) / 6.0),
+        _ if d < -0.5 => (3.0, reach.max(LEAST)),
+        _ => (0.75 - d * d, 0.5 + 0.75 * d - d.powi(3) / 3.0),
+    };
+    at_plane / in_clay
+}
+
+/// Velocity that a sticking blade leaves of `velocity` at a node `distance` [cells] before it, whose surface moves at `surface`, the normal towards the clay.
+///
+/// Across the plane the node is held up to [`CONTACT_OFFSET`]; along it the blade takes it along with a traction of at most the clay's shear strength k:
+/// `adhesion = k h / (rho_s dx)`, in the unit of the velocities.
+pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhesion: f64) -> DVec3 {
+    let relative = velocity - surface;
+    let leaving = relative.dot(normal);
+    let slide = relative - leaving * normal;
+    // The strength of elastic clay is infinite.
+    let (speed, most) = (slide.length(), adhesion.min(f64::MAX) * traction_share(distance));
+    let kept = if speed > most { 1.0 - most / speed } else { 0.0 };
+    let parting = if distance <= CONTACT_OFFSET { 0.0 } else { leaving };
+    surface + parting * normal + kept * slide
+}
 
 /// A rectangle without thickness in motion over one substep. Lengths in metres or cells, as the caller likes, but all the same.
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +134,35 @@ mod tests {
             band: BAND,
             motion: Motion { start: pose(from), end: pose(to), duration: 1.0 },
         }
+    }
+
+    /// Clay that fills the space before the plane and slides along it: its nodes get the traction's whole impulse, wherever between them the plane is.
+    #[test]
+    fn traction_is_shared_out_whole() {
+        for at in 0..100 {
+            let shift = f64::from(at) * 0.01;
+            let nodes = (-2..4).map(|i| f64::from(i) + shift);
+            // The mass of a node [of a full one's] from the spline alone.
+            let in_clay = |d: f64| (0..3000).map(|i| (f64::from(i) + 0.5) * 1e-3).map(|x| 1e-3 * spline(x - d)).sum::<f64>();
+            let whole: f64 = nodes.map(|d| traction_share(d) * in_clay(d).min(1.0)).sum();
+            assert!((whole - 1.0).abs() < 2e-3, "{whole} at {shift}");
+        }
+    }
+
+    fn spline(x: f64) -> f64 {
+        let x = x.abs();
+        if x < 0.5 { 0.75 - x * x } else { 0.5 * (1.5 - x).max(0.0).powi(2) }
+    }
+
+    /// Fast clay keeps what adhesion cannot take; slow clay sticks; across the plane it is held only where it touches.
+    #[test]
+    fn sticking_clay_slides_beyond_its_strength() {
+        let after = |speed, distance| stick(DVec3::new(speed, 0.0, 2.0), DVec3::X, DVec3::Z, distance, 0.3);
+        assert!((after(5.0, 0.0) - DVec3::new(5.0 - 0.3 * 1.5, 0.0, 0.0)).length() < 1e-12);
+        assert_eq!(after(1.1, 0.0), DVec3::X);
+        assert_eq!(after(5.0, 1.5), DVec3::new(5.0, 0.0, 2.0));
+        let elastic = stick(DVec3::Y * 9.0, DVec3::X, DVec3::Z, 1.0, f64::INFINITY);
+        assert_eq!(elastic, DVec3::X);
     }
 
     /// A point that the blade jumps over by 3 cells keeps the side it was on.

@@ -5,7 +5,7 @@ mod path;
 mod shape;
 mod touch;
 
-pub use blade::{BAND, Blade, Near};
+pub use blade::{BAND, Blade, Near, stick, traction_share};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use shape::{CONTACT_OFFSET, ToolShape};
 pub use touch::TOUCH_OFFSET;
@@ -21,7 +21,7 @@ pub const CUT_FRICTION: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Contact {
-    /// The clay moves with the tool.
+    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be needed to take it along.
     Stick,
     /// The clay slides along the tool without friction and cannot leave it.
     Slip,

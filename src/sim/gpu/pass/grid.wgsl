@@ -39,10 +39,15 @@ fn workgroup_sum(k: u32, v: vec4f) -> vec4f {
 }
 
 fn touch(node: ptr<function, Node>, f: u32, t: Tool, q: vec3f, arm: vec3f, normal: vec3f, share: f32, taken: ptr<function, Taken>) {
+    let before = (*node).v[f];
+    push(node, f, arm, before + share * (contact(t, before, q, normal) - before), taken);
+}
+
+// A tool brings one field to the velocity `after`, and feels the opposite impulse.
+fn push(node: ptr<function, Node>, f: u32, arm: vec3f, after: vec3f, taken: ptr<function, Taken>) {
     let mass = (*node).mass[f];
     if mass <= 0.0 { return; }
     let before = (*node).v[f];
-    let after = before + share * (contact(t, before, q, normal) - before);
     let impulse = mass * (after - before);
     (*node).v[f] = after;
     (*node).pushed += impulse;
@@ -163,8 +168,16 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let tool = tool_now(blade);
         let q = local_end(tool, n, vec3f(0.0));
         let arm = vec3f(n - tool.end_cell) - tool.end_offset;
-        if distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 1u), tool, q, arm, tool.end_rotation[2], 1.0, &taken_by_blade); }
-        if -distance_ <= CONTACT_OFFSET { touch(&node, field_of(node.owner, 2u), tool, q, arm, -tool.end_rotation[2], 1.0, &taken_by_blade); }
+        for (var side = 0u; side < 2u; side++) {
+            let f = field_of(node.owner, side + 1u);
+            let sign_ = 1.0 - 2.0 * f32(side);
+            let normal = sign_ * tool.end_rotation[2];
+            if tool.contact == STICK {
+                push(&node, f, arm, stick(tool, node.v[f], q, normal, sign_ * distance_, params.adhesion), &taken_by_blade);
+            } else if sign_ * distance_ <= CONTACT_OFFSET {
+                touch(&node, f, tool, q, arm, normal, 1.0, &taken_by_blade);
+            }
+        }
     } else if node.owner != 0u && !is_ghost {
         exchange(&node, n, front, back);
     }
