@@ -18,6 +18,7 @@ pub(super) mod part {
     pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
     pub(in super::super) const LAW: &str = include_str!("law.wgsl");
     pub(in super::super) const TOOL: &str = include_str!("tool.wgsl");
+    pub(in super::super) const CONTACT: &str = include_str!("contact.wgsl");
     pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
     pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");

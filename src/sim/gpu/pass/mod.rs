@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
+use super::wgsl::part::{CONTACT, FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ passes! {
     P2g = "p2g", false, [STATE, TABLE];
     Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
     Sides = "sides", true, [FOLD];
-    Grid = "grid", false, [TABLE, TOOL, TOUCH, FOLD];
+    Grid = "grid", false, [TABLE, TOOL, TOUCH, CONTACT, FOLD];
     G2p = "g2p", false, [STATE, TABLE, LAW, TOOL, YIELD];
     // Frame's end.
     Store = "store", false, [STATE, LAW];
