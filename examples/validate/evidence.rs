@@ -97,7 +97,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     },
     exact("energy", "", "conserved"),
     exact("cell crossing", "", "uniform stress"),
-    exact("cell crossing", "pressed", ""),
+    exact("pressed clay", "", ""),
     exact("separating floor", "", "no tension; momentum conserved"),
     exact("rest", "rest: gap", "0"),
     exact("rest", "rest: speed", "0"),

@@ -139,6 +139,7 @@ const CASES: &[Case] = &[
     stability("step limit", stability::step_limit),
     stability("energy", stability::energy),
     stability("cell crossing", stability::crossing),
+    stability("pressed clay", stability::pressed),
     stability("separating floor", contact::separating_floor),
     stability("rest", stability::rest),
     stability("blade leak", blade::leak),
