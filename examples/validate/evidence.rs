@@ -82,7 +82,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     Evidence {
         case: "cylinder slump",
         rows: "",
-        exact: "`1 - 2 t (1 - ln 2 t)`, t = k / (rho g H)",
+        exact: "`1 - 2 t (1 - ln 2 t)`, 2 t = sY / (rho g H)",
         published: "discrepancies remain in print (Roussel and Coussot 2005)",
     },
     exact("blade force", "blade force: slope, sticking", "`F = 2 alpha k L h`, alpha 1"),
