@@ -10,21 +10,21 @@
 pub const TOUCH_OFFSET: f64 = 0.5;
 
 /// A particle begins to touch and touches wholly within this length [cells]: a small error of a distance stays a small error of the motion.
-pub(crate) const TOUCH_FADE: f64 = 0.1;
+pub const TOUCH_FADE: f64 = 0.1;
 
 /// Share of the first layer of particles, or of their touch, that closes a gap [-].
-pub(crate) const TOUCH_SHARE: f64 = 0.25;
+pub const TOUCH_SHARE: f64 = 0.25;
 
 /// How much a particle touches a tool at `distance` [cells] from its centre if its clay reaches `radius` [cells] about it, half the cube root of its volume:
 /// [`TOUCH_SHARE`] where its face is on the surface, 1 further in, 0 away.
-pub(crate) fn particle_touch(distance: f64, radius: f64) -> f64 {
+pub fn particle_touch(distance: f64, radius: f64) -> f64 {
     (TOUCH_SHARE + (radius - distance) / TOUCH_FADE).clamp(0.0, 1.0)
 }
 
 /// How closed the gap is [-] at a node at the distance `node` [cells, < [`TOUCH_OFFSET`]] from a separating tool, where the clay that touches adds up to
 /// `touching` of a full cell's mass: `sum w m touch` against [`TOUCH_SHARE`] of a layer of 4 particles a cell with its face on the surface, which
 /// brings the node half the quadratic spline of its centres' distance.
-pub(crate) fn closed_share(touching: f64, node: f64) -> f64 {
+pub fn closed_share(touching: f64, node: f64) -> f64 {
     let r = (0.25 - node).abs();
     let spline = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
     let layer = TOUCH_SHARE * 0.5 * spline;
