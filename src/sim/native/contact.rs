@@ -1,7 +1,7 @@
 //! Tools as the grid meets them: in cells and substeps, at the pose of the substep's end.
 
 use super::super::params::{BLOCK, Domain};
-use super::super::tool::{BAND, Blade, Contact, Motion, Pose, ToolPath, ToolShape};
+use super::super::tool::{BAND, Blade, Contact, Motion, Pose, Tool, ToolPath, ToolShape};
 use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
 
@@ -65,7 +65,7 @@ impl ToolNow {
 
     /// Whether it is a solid tool that clay can leave.
     pub(super) fn separates(&self) -> bool {
-        self.blade.is_none() && matches!(self.contact, Contact::Separate { .. })
+        Tool { shape: self.shape, contact: self.contact }.separates()
     }
 
     /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface normal `n` towards the clay.

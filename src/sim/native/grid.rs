@@ -247,22 +247,28 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
     *nodes = [Node::default(); 64];
     for offset in NEIGHBOURS {
         let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };
-        // The tile of the neighbour at `offset` holds our nodes from `low` to `high`, at `shift` in its own coordinates.
-        let range = |o: i32| match o {
-            -1 => (0, 2, 4),
-            0 => (0, 4, 0),
-            _ => (3, 4, -4),
-        };
-        let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-        for i in x.0..x.1 {
-            for j in y.0..y.1 {
-                for k in z.0..z.1 {
-                    let from = &tile.0[Tile::at(i + x.2, j + y.2, k + z.2)].0;
-                    let to = &mut nodes[local(i, j, k)].0;
-                    for d in 0..4 {
-                        to[d] += from[d];
-                    }
-                }
+        for_shared_nodes(offset, |node, at| {
+            for d in 0..4 {
+                nodes[node].0[d] += tile.0[at].0[d];
+            }
+        });
+    }
+}
+
+/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node that this tile holds.
+#[inline(always)]
+pub(super) fn for_shared_nodes(offset: IVec3, mut each: impl FnMut(usize, usize)) {
+    // From `low` to `high` of our coordinates, at `shift` in the tile's own.
+    let range = |o: i32| match o {
+        -1 => (0, 2, 4),
+        0 => (0, 4, 0),
+        _ => (3, 4, -4),
+    };
+    let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+    for i in x.0..x.1 {
+        for j in y.0..y.1 {
+            for k in z.0..z.1 {
+                each(local(i, j, k), Tile::at(i + x.2, j + y.2, k + z.2));
             }
         }
     }

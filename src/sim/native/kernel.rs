@@ -20,7 +20,10 @@ const TILE_Z: usize = 8;
 pub(super) struct Tile(pub [Node; TILE * TILE * TILE_Z]);
 
 impl Tile {
-    pub(super) const ZERO: Self = Self([Node([0.0; 4]); TILE * TILE * TILE_Z]);
+    /// Nodes, padding included.
+    pub(super) const LEN: usize = TILE * TILE * TILE_Z;
+
+    pub(super) const ZERO: Self = Self([Node([0.0; 4]); Self::LEN]);
 
     /// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
     #[inline(always)]

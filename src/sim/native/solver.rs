@@ -196,7 +196,7 @@ impl Solver {
         let began = Instant::now();
         let domain = self.domain;
         let touching = Touching::new(&self.state, tools);
-        let meeting = Meeting { domain: &domain, tools, touching: &touching, adhesion: step.adhesion };
+        let meeting = Meeting { domain: &domain, tools, touching: &touching };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));

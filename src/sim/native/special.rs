@@ -16,8 +16,6 @@ pub(super) struct Meeting<'a> {
     pub tools: &'a [ToolNow],
     /// Where separating tools touch.
     pub touching: &'a Touching,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
-    pub adhesion: f64,
 }
 
 impl Meeting<'_> {
@@ -221,7 +219,7 @@ pub(super) fn update(
     let classes = Classes::new(nodes, sides.as_deref(), block, step, meeting.domain);
     let mut b = Block::new(classes, block, step, meeting);
     for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
-        b.meet(k, block * BLOCK + offset(k), meeting, gradients);
+        b.meet(k, block * BLOCK + offset(k), step, meeting, gradients);
     }
     b.unfold(block, step);
     b.store(nodes, sides);
@@ -280,7 +278,7 @@ impl Block {
     }
 
     /// One node: the two sides, then the solid tools in order.
-    fn meet(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>, gradients: &dyn Fn(IVec3) -> [DVec3; 2]) {
+    fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>, gradients: &dyn Fn(IVec3) -> [DVec3; 2]) {
         let world = node.as_dvec3();
         let division = self.division[k];
         match (division.owner, division.blade) {
@@ -292,7 +290,7 @@ impl Block {
                     let (field, normal, distance) = (division.field_of(class), normal * sign, distance * sign);
                     if tool.contact == Contact::Stick {
                         let surface = tool.motion.velocity_at(world);
-                        let after = tool::stick(self.velocity[k][field], surface, normal, distance, meeting.adhesion);
+                        let after = tool::stick(self.velocity[k][field], surface, normal, distance, step.adhesion);
                         self.push(k, field, (index, tool), world, after);
                     } else if distance <= CONTACT_OFFSET {
                         self.touch(k, field, (index, tool), world, normal, 1.0);

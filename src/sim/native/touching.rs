@@ -1,21 +1,17 @@
 //! The clay at each node that touches a separating tool: what tells contact from a gap.
 
-use super::super::tool::particle_touch;
+use super::super::params::BLOCK;
+use super::super::tool::{particle_touch, spline};
 use super::contact::ToolNow;
-use super::grid::local;
-use super::kernel::TILE;
-use super::state::{Hot, NEIGHBOURS, State, Table, unpack_cell};
+use super::grid::for_shared_nodes;
+use super::kernel::Tile;
+use super::state::{Hot, NEIGHBOURS, Run, State, Table, unpack_cell};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Sums of `w m touch` over the particles of one block at the nodes -1 .. 5 about it.
-type TouchTile = [f32; TILE * TILE * TILE];
-
-/// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
-fn at(x: i32, y: i32, z: i32) -> usize {
-    ((x + 1) as usize * TILE + (y + 1) as usize) * TILE + (z + 1) as usize
-}
+/// Sums of `w m touch` over the particles of one block, at the nodes of its [`Tile`].
+type TouchTile = [f32; Tile::LEN];
 
 /// Touching clay near the separating tools.
 #[derive(Debug, Default)]
@@ -36,7 +32,7 @@ impl Touching {
         }
         let mut near = vec![];
         let mut start = 0;
-        let mut slot = |(run, block): (&super::state::Run, &IVec3)| {
+        let mut slot = |(run, block): (&Run, &IVec3)| {
             let particles = &state.hot[start..start + run.len()];
             start += run.len();
             if !separating.iter().any(|t| t.is_near_block(*block)) {
@@ -57,20 +53,7 @@ impl Touching {
         for offset in NEIGHBOURS {
             let slot = table.slot(block + offset).and_then(|s| self.slots.get(s)?.checked_sub(1));
             let Some(slot) = slot else { continue };
-            // As the tiles of mass and touchingum are summed.
-            let range = |o: i32| match o {
-                -1 => (0, 2, 4),
-                0 => (0, 4, 0),
-                _ => (3, 4, -4),
-            };
-            let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-            for i in x.0..x.1 {
-                for j in y.0..y.1 {
-                    for k in z.0..z.1 {
-                        nodes[local(i, j, k)] += self.tiles[slot as usize][at(i + x.2, j + y.2, k + z.2)];
-                    }
-                }
-            }
+            for_shared_nodes(offset, |node, at| nodes[node] += self.tiles[slot as usize][at]);
         }
         nodes
     }
@@ -79,7 +62,7 @@ impl Touching {
 /// The sums of one block's particles.
 #[expect(clippy::cast_possible_truncation, reason = "tiles are f32")]
 fn tile(block: IVec3, particles: &[Hot], tools: &[&ToolNow]) -> TouchTile {
-    let mut out = [0.0; TILE * TILE * TILE];
+    let mut out = [0.0; Tile::LEN];
     for p in particles {
         let cell = IVec3::from_array(unpack_cell(p.cell));
         let x = cell.as_dvec3() + DVec3::from_array(p.offset.map(f64::from));
@@ -92,19 +75,14 @@ fn tile(block: IVec3, particles: &[Hot], tools: &[&ToolNow]) -> TouchTile {
             continue;
         }
         let touching = p.mass * touch as f32;
-        let mut weights = [[0.0f32; 3]; 3];
-        let mut first = cell - block * 4;
-        for d in 0..3 {
-            let low = p.offset[d] < 0.5;
-            let f = p.offset[d] + if low { 1.0 } else { 0.0 };
-            first[d] -= i32::from(low);
-            weights[d] = [0.5 * (1.5 - f) * (1.5 - f), 0.75 - (f - 1.0) * (f - 1.0), 0.5 * (f - 0.5) * (f - 0.5)];
-        }
-        for (i, wx) in (0..).zip(weights[0]) {
-            for (j, wy) in (0..).zip(weights[1]) {
-                let row = at(first.x + i, first.y + j, first.z);
-                for (to, wz) in out[row..row + 3].iter_mut().zip(weights[2]) {
-                    *to += touching * wx * wy * wz;
+        let base = (x - 0.5).floor();
+        let first = base.as_ivec3() - block * BLOCK;
+        let weights = [0.0, 1.0, 2.0].map(|node| (x - base - node).to_array().map(|d| spline(d) as f32));
+        for (i, wx) in (0..).zip(weights) {
+            for (j, wy) in (0..).zip(weights) {
+                let row = Tile::at(first.x + i, first.y + j, first.z);
+                for (to, wz) in out[row..row + 3].iter_mut().zip(weights) {
+                    *to += touching * wx[0] * wy[1] * wz[2];
                 }
             }
         }

@@ -123,6 +123,7 @@ impl Blade {
 
 #[cfg(test)]
 mod tests {
+    use super::super::spline;
     use super::*;
     use glam::DQuat;
 
@@ -147,11 +148,6 @@ mod tests {
             let whole: f64 = nodes.map(|d| traction_share(d) * in_clay(d).min(1.0)).sum();
             assert!((whole - 1.0).abs() < 2e-3, "{whole} at {shift}");
         }
-    }
-
-    fn spline(x: f64) -> f64 {
-        let x = x.abs();
-        if x < 0.5 { 0.75 - x * x } else { 0.5 * (1.5 - x).max(0.0).powi(2) }
     }
 
     /// Fast clay keeps what adhesion cannot take; slow clay sticks; across the plane it is held only where it touches.

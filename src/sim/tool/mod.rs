@@ -8,6 +8,7 @@ mod touch;
 pub use blade::{BAND, Blade, Near, stick, traction_share};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use shape::{CONTACT_OFFSET, ToolShape};
+pub(crate) use touch::spline;
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};
 
 use super::params::ParamsError;

@@ -21,13 +21,17 @@ pub fn particle_touch(distance: f64, radius: f64) -> f64 {
     (TOUCH_SHARE + (radius - distance) / TOUCH_FADE).clamp(0.0, 1.0)
 }
 
+/// The quadratic B-spline at `distance` [cells] from a node [-].
+pub(crate) fn spline(distance: f64) -> f64 {
+    let r = distance.abs();
+    if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) }
+}
+
 /// How closed the gap is [-] at a node at the distance `node` [cells, < [`TOUCH_OFFSET`]] from a separating tool, where the clay that touches adds up to
 /// `touching` of a full cell's mass: `sum w m touch` against [`TOUCH_SHARE`] of a layer of 4 particles a cell with its face on the surface, which
 /// brings the node half the quadratic spline of its centres' distance.
 pub fn closed_share(touching: f64, node: f64) -> f64 {
-    let r = (0.25 - node).abs();
-    let spline = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
-    let layer = TOUCH_SHARE * 0.5 * spline;
+    let layer = TOUCH_SHARE * 0.5 * spline(0.25 - node);
     if touching >= layer { 1.0 } else { touching / layer }
 }
 
@@ -38,11 +42,7 @@ mod tests {
     /// A layer whose face is on the surface closes the gap at every node; a tenth of a cell away it does not touch.
     #[test]
     fn layer_touches_where_its_face_does() {
-        let share = |node: f64, gap: f64| {
-            let r = (0.25 + gap - node).abs();
-            let spline = if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) };
-            closed_share(0.5 * spline * particle_touch(0.25 + gap, 0.25), node)
-        };
+        let share = |node: f64, gap: f64| closed_share(0.5 * spline(0.25 + gap - node) * particle_touch(0.25 + gap, 0.25), node);
         for node in [-1.2, -0.7, -0.2, 0.0, 0.3, 0.49] {
             assert!(share(node, 0.0) > 0.999 && share(node, -0.05) == 1.0, "{node}");
             assert_eq!(share(node, 0.1), 0.0, "{node}");
@@ -52,8 +52,7 @@ mod tests {
     /// A quarter of the layer, clay at an edge, closes the gap once it is pressed in by less than a tenth of a cell.
     #[test]
     fn edge_of_clay_touches() {
-        let spline = 0.75 - 0.25 * 0.25;
-        let share = |gap: f64| closed_share(0.25 * 0.5 * spline * particle_touch(0.25 + gap, 0.25), 0.0);
+        let share = |gap: f64| closed_share(0.25 * 0.5 * spline(0.25) * particle_touch(0.25 + gap, 0.25), 0.0);
         assert!(share(-0.1) == 1.0 && (0.2..0.3).contains(&share(0.0)), "{} {}", share(-0.1), share(0.0));
     }
 
