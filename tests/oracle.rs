@@ -267,6 +267,31 @@ fn momentum_balances_with_walls_and_every_tool() {
     }
 }
 
+/// A separating tool comes up to clay at rest: while there is a gap it takes nothing, however near the nodes are, and then it pushes.
+#[test]
+fn separating_tool_pushes_what_it_touches() {
+    let plate = ToolShape::Box { half_size: DVec3::new(3.0, 1.0, 3.0) * CELL_WIDTH };
+    let ball = ToolShape::Sphere { radius: 2.0 * CELL_WIDTH };
+    for (shape, half) in [(plate, 1.0), (ball, 2.0)] {
+        for shift in [0.0, 0.2, 0.45, 0.7] {
+            let mut oracle = empty([12.0; 3], all(Wall::Separate), elastic(0.3));
+            fill(&mut oracle, [4.0, 2.0 + shift, 4.0], [4, 4, 4], [2, 2, 2]);
+            let face = 6.0 + shift + half;
+            let plan = plan(&oracle, 0.7, 20);
+            let mut go = |from: f64, to: f64| {
+                // The ball is over a particle.
+                let [from, to] = [from, to].map(|gap| [6.25, face + gap, 6.25]);
+                let contact = Contact::Separate { friction: 0.3 };
+                let path = moving(1, shape, contact, DQuat::IDENTITY, from, to, plan.duration());
+                oracle.run(&FramePlan { tools: vec![path], ..plan.clone() }).tools[0]
+            };
+            let before = go(0.4, 0.05);
+            assert_eq!((before.impulse, before.contacts), (DVec3::ZERO, 0), "{shape:?} {shift}");
+            assert!(go(0.05, -0.15).impulse.y > 0.0, "{shape:?} {shift}");
+        }
+    }
+}
+
 /// A box drags the foot of a block along a frictionless floor: the floor takes no part in it, the box gives all of the momentum.
 #[test]
 fn slip_floor_takes_no_tangential_impulse() {
