@@ -44,7 +44,12 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     },
     exact("strain paths", "", "`tau = 2 mu H + lambda tr(H) I`, `|dev tau| <= sqrt(2/3) sY`"),
     exact("cone", "", "exponent 2"),
-    exact("Hertz", "", "`d = (F / (4/3 E* sqrt(R)))^(2/3) - F f(a) / (pi E)`: Hertz, with the far plate's share (Tatara 1991)"),
+    exact("Hertz", "", "`4/3 E* sqrt(R) d^1.5`"),
+    exact(
+        "Hertz",
+        "ball between plates",
+        "`d = (F / (4/3 E* sqrt(R)))^(2/3) - F f(a) / (pi E)`: with the far plate's share (Tatara 1991)",
+    ),
     exact("cavity", "", "1-D integral of the shell"),
     exact("full step", "full step: elastic stretch", "`tau = E eps`"),
     exact("full step", "full step: elastic simple shear", "`4 mu asinh(g/2) / sqrt(4 + g^2)`"),
