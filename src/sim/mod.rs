@@ -41,17 +41,20 @@
 //!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
 //!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
 //!       (the contact of the tool; U belongs to main). A blade that sticks holds these nodes across its plane; along it, it takes each class's field of
-//!       every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the clay's shear strength: a traction of k, shared out as the
-//!       stress of clay at yield is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane lies between them.) Elsewhere the two fields of a split node exchange momentum while they approach along
+//!       every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the fresh clay's shear strength: a
+//!       traction of k, shared out as the stress of clay at yield is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the
+//!       plane lies between them.) Elsewhere the two fields of a split node exchange momentum while they approach along
 //!       `n = m_B grad m_F - m_F grad m_B` (central differences of node masses, normalised; no exchange where it vanishes): with
 //!       `u = (v_F - v_B) . n < 0` and reduced mass `m = m_F m_B / (m_F + m_B)` of the two fields, impulse `-m u` on the front field along n
 //!       and, against sliding, at most [`CUT_FRICTION`](tool::CUT_FRICTION) times that (never more than stops the sliding).
 //!    5. **Solid tools** in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), of a separating tool
-//!       [`TOUCH_OFFSET`](tool::TOUCH_OFFSET), get, in each field, the tool's contact with its velocity at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward normal. Contact: stick `v = v_t`; slip removes the relative
+//!       [`TOUCH_OFFSET`](tool::TOUCH_OFFSET), get, in each field, the tool's contact with its velocity at the node
+//!       ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward normal. Contact: stick `v = v_t`; slip removes the relative
 //!       normal velocity; separate removes it only if negative and reduces the relative tangential speed by at most friction times the
-//!       normal change, and acts by the share of [`closed_share`](tool::closed_share), no gap being open: `sum w m_p touch_p` over a full cell's mass, with
-//!       [`particle_touch`](tool::particle_touch) of the particle's distance from the nearest separating solid tool, its place of `t` and the tool's pose of `t + h`. Impulses `m (v_before - v_after)` sum up on the tool. Ghost nodes of folded
-//!       columns take no part in 4 and 5.
+//!       normal change. Of that change a separating tool makes the share that the gap is closed, [`closed_share`](tool::closed_share) of the clay that
+//!       touches at the node, `sum w m_p touch_p` over a full cell's mass and of all classes, unfolded: [`particle_touch`](tool::particle_touch) of the particle's
+//!       distance, with its place of `t`, from the nearest separating solid tool at its pose of `t + h`. Impulses `m (v_before - v_after)` sum up on
+//!       the tool. Ghost nodes of folded columns take no part in 4 and 5.
 //!    6. **Walls.** At wall nodes the normal (stick: every) component is 0; each ghost of a folded column takes its mirror's velocity, field by field,
 //!       with the folded components reversed (last fold first). The wall's impulse is what the unfolded masses of wall nodes and folded
 //!       columns gained beyond gravity, damping, tools and the other side; all other nodes give it nothing.
