@@ -1,6 +1,7 @@
-//! Cost of a substep without a tool: core-ns per particle and substep of a block of clay that falls onto the floor.
+//! Cost of a substep: core-ns per particle and substep of a block of clay that falls onto the floor, with `--tool` and a ball of a quarter of its width that
+//! stands in its top.
 //!
-//! `cargo bench --no-default-features --bench substep -- [--gpu] [--json] [--threads T] [--particles N] [--grid G]`; `benches/peers/run.sh` runs it
+//! `cargo bench --no-default-features --bench substep -- [--gpu] [--tool] [--json] [--threads T] [--particles N] [--grid G]`; `benches/peers/run.sh` runs it
 //! beside Taichi on the same scene. Core-ns is the CPU time of all threads: it hardly moves when other work shares the machine.
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
@@ -42,6 +43,17 @@ fn scene(particles: usize, cells: i32) -> (Snapshot, f64) {
     (Snapshot { domain, material, time: 0.0, particles }, dt)
 }
 
+/// A ball a quarter as wide as the block, its centre in the middle of the block's top.
+fn ball(snapshot: &Snapshot, dt: f64) -> ToolPath {
+    let places = || snapshot.particles.iter().map(|p| snapshot.domain.to_world(p.grid()));
+    let low = places().reduce(DVec3::min).expect("clay");
+    let high = places().reduce(DVec3::max).expect("clay");
+    let top = DVec3::new(0.5 * (low.x + high.x), high.y, 0.5 * (low.z + high.z));
+    let sample = |time: f64| PoseSample { time, pose: Pose { position: top, ..Pose::default() } };
+    let tool = Tool { shape: ToolShape::Sphere { radius: (high.x - low.x) / 8.0 }, contact: Contact::default() };
+    ToolPath { id: 1, tool, samples: vec![sample(0.0), sample(1000.0 * dt)] }
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let value = |name: &str| args.iter().position(|a| a == name).and_then(|i| args.get(i + 1)?.parse::<usize>().ok());
@@ -49,6 +61,7 @@ fn main() {
     let threads = value("--threads").unwrap_or(0);
     let sizes = value("--particles").map_or(vec![13_800, 104_900], |n| vec![n]);
     let grids = value("--grid").map_or(vec![60, 120, 200], |g| vec![g]);
+    let has_tool = args.iter().any(|a| a == "--tool");
     let is_gpu = args.iter().any(|a| a == "--gpu");
     let mut engine: Box<dyn Engine> = if is_gpu {
         Box::new(GpuDevice::headless().and_then(GpuEngine::new).expect("a graphics adapter"))
@@ -60,14 +73,15 @@ fn main() {
     }
     for &particles in &sizes {
         for &grid in &grids {
-            run(engine.as_mut(), particles, grid as i32, is_json);
+            run(engine.as_mut(), particles, grid as i32, has_tool, is_json);
         }
     }
 }
 
-fn run(engine: &mut dyn Engine, particles: usize, grid: i32, is_json: bool) {
+fn run(engine: &mut dyn Engine, particles: usize, grid: i32, has_tool: bool, is_json: bool) {
     let (snapshot, dt) = scene(particles, grid);
     engine.load(&snapshot).expect("the scene loads");
+    let ball = ball(&snapshot, dt);
     let mut frame = |steps: u32| {
         let plan = FramePlan {
             id: 0,
@@ -76,7 +90,7 @@ fn run(engine: &mut dyn Engine, particles: usize, grid: i32, is_json: bool) {
             material: snapshot.material,
             density_scale: 1.0,
             gravity: DVec3::new(0.0, -9.81, 0.0),
-            tools: vec![],
+            tools: has_tool.then(|| ball.clone()).into_iter().collect(),
             volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),
