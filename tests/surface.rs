@@ -459,7 +459,7 @@ proptest! {
                 _ => {}
             }
         }
-        let mesh = extract_field(&Field::from_nodes([7; 3], &fields[0], Some((&fields[1], &fields[2]))), 0.5);
+        let mesh = extract_field(&Field::from_nodes([7; 3], &fields[0], [(&fields[1][..], &fields[2][..])]), 0.5);
         let check = MeshCheck::of(&mesh);
         prop_assert!(check.open_edges == 0 && check.misoriented_edges == 0, "{check:?}");
         let check = MeshCheck::of(&separate(&mesh));

@@ -1,11 +1,11 @@
-//! The cells of one block with their surroundings: owners of nodes, classes of cells, vertices on edges.
+//! The cells of one block with their surroundings: who owns the nodes, which sheets end where, what is on the edges.
 
 use super::field::Field;
-use super::grid::{BLOCK, neighbours};
+use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
+use super::labels::{CutMethod, Ends, Label, Rules, bodies, ends_of_cell};
 use glam::{DVec3, IVec3};
 
-/// Nodes along an edge of a tile: the block's cells need 9 nodes; whether a node or edge touches the crack front needs one more cell
-/// on every side.
+/// Nodes along an edge of a tile: the block's cells need 9 nodes; what ends at an edge, and slopes, need one more on every side.
 const NODES: i32 = BLOCK + 3;
 const NODE_COUNT: usize = (NODES * NODES * NODES) as usize;
 /// First node of a tile, relative to the block.
@@ -14,61 +14,46 @@ const FIRST: i32 = -1;
 const CROSSING_MIN: f64 = 1e-3;
 /// Steps between tile nodes along x, y, z.
 pub(crate) const STEPS: [usize; 3] = [1, NODES as usize, (NODES * NODES) as usize];
-/// Vertices that an edge can carry: shared, of the front copy, of the back copy.
+/// Vertices that an edge can carry: shared, keeping its low end, keeping its high end.
 pub(crate) const VARIANTS: usize = 3;
 /// Vertex places of a tile.
 pub(crate) const PLACES: usize = NODE_COUNT * 3 * VARIANTS;
 
-/// What a cell is to a cut.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum CellClass {
-    /// Not at a cut: one copy.
-    #[default]
-    Whole,
-    /// Crossed by a cut from end to end: one copy per side.
-    Cut,
-    /// At the crack front, where the two lips meet: one copy.
-    Rim,
-}
-
-/// Which copy of a cell is emitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Copy {
-    /// The only one.
-    Single,
-    /// The clay in front of the cut.
-    Front,
-    /// The clay behind it.
-    Back,
+/// A sheet with clay on both sides near the block.
+struct SheetTile {
+    sheet: u8,
+    /// P.
+    front: Vec<f32>,
+    /// M.
+    back: Vec<f32>,
 }
 
 /// Node values around a block and what follows from them.
 pub(crate) struct CellTile {
+    rules: Rules,
     iso: f32,
     total: Vec<f32>,
-    front: Vec<f32>,
-    back: Vec<f32>,
-    /// Value of the node's own side: f without the other side's part; plain f at the crack front.
+    /// Own values; meant only where there are sheets.
     own: Vec<f32>,
-    /// +1, -1 or 0: the side that holds more than half of the clay around the node.
-    owners: Vec<i8>,
-    /// Class of the cell with this low node.
-    classes: Vec<CellClass>,
-    has_sides: bool,
+    labels: Vec<Label>,
+    /// The sheets that end in the cell with this low node.
+    ends: Vec<Ends>,
+    /// Tiles of the sheets near this block, by number, then unused ones.
+    sheets: Vec<SheetTile>,
+    sheet_count: usize,
 }
 
 impl CellTile {
-    pub(crate) fn new(iso: f32) -> Self {
-        let values = || vec![0.0; NODE_COUNT];
+    pub(crate) fn new(rules: Rules, iso: f32) -> Self {
         Self {
+            rules,
             iso,
-            total: values(),
-            front: values(),
-            back: values(),
-            own: values(),
-            owners: vec![0; NODE_COUNT],
-            classes: vec![CellClass::Whole; NODE_COUNT],
-            has_sides: false,
+            total: vec![0.0; NODE_COUNT],
+            own: vec![0.0; NODE_COUNT],
+            labels: vec![Label::default(); NODE_COUNT],
+            ends: vec![Ends::default(); NODE_COUNT],
+            sheets: Vec::new(),
+            sheet_count: 0,
         }
     }
 
@@ -78,65 +63,96 @@ impl CellTile {
         if self.total.iter().all(|&f| f <= self.iso) {
             return false;
         }
-        let slots = || neighbours().filter_map(|d| field.grid.slot(block + d));
-        self.has_sides = slots().any(|s| field.front.block(s).is_some()) && slots().any(|s| field.back.block(s).is_some());
-        if !self.has_sides {
+        self.sheet_count = 0;
+        for sheet in &field.sheets {
+            if is_near(&field.grid, &sheet.front, block) && is_near(&field.grid, &sheet.back, block) {
+                self.load_sheet(field, block, sheet.sheet, [&sheet.front, &sheet.back]);
+            }
+        }
+        if self.is_plain() {
             return self.total.iter().any(|&f| f <= self.iso);
         }
-        field.grid.load(&field.front, block, FIRST, NODES, &mut self.front);
-        field.grid.load(&field.back, block, FIRST, NODES, &mut self.back);
-        self.find_owners();
-        self.classify();
+        for node in 0..NODE_COUNT {
+            self.label_node(node);
+        }
+        self.find_ends();
         true
     }
 
-    fn find_owners(&mut self) {
-        for i in 0..NODE_COUNT {
-            let (f, p, m) = (self.total[i], self.front[i], self.back[i]);
-            // More than half, and not any trace: with a small threshold clay far from the cut counts as one of its sides.
-            self.owners[i] = if p + m <= 0.5 * f {
-                0
-            } else if p >= m {
-                1
-            } else {
-                -1
-            };
-            self.own[i] = self.side_value(i, self.owners[i]);
+    fn load_sheet(&mut self, field: &Field, block: IVec3, sheet: u8, [front, back]: [&NodeValues; 2]) {
+        let values = || vec![0.0; NODE_COUNT];
+        if self.sheet_count == self.sheets.len() {
+            self.sheets.push(SheetTile { sheet, front: values(), back: values() });
         }
+        let tile = &mut self.sheets[self.sheet_count];
+        tile.sheet = sheet;
+        field.grid.load(front, block, FIRST, NODES, &mut tile.front);
+        field.grid.load(back, block, FIRST, NODES, &mut tile.back);
+        self.sheet_count += 1;
     }
 
-    /// Clay around a node that belongs with side `side`; all of it for 0.
-    fn side_value(&self, node: usize, side: i8) -> f32 {
-        match side {
-            1 => self.total[node] - self.back[node],
-            -1 => self.total[node] - self.front[node],
-            _ => self.total[node],
-        }
+    /// Whether there is no cut near the block: cells have one body then, and edges one vertex.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.sheet_count == 0
     }
 
-    fn classify(&mut self) {
-        self.classes.fill(CellClass::Whole);
+    fn label_node(&mut self, node: usize) {
+        let total = self.total[node];
+        let (mut label, mut own) = (Label::default(), total);
+        for sheet in &self.sheets[..self.sheet_count] {
+            let owner = self.rules.owner(total, sheet.front[node], sheet.back[node]);
+            if owner != 0 && label.push(sheet.sheet, owner) {
+                own = own.min(self.value_on(sheet, node, owner));
+            }
+        }
+        // To Equation 9 a cut makes values, and parts nothing.
+        if self.rules.method == CutMethod::Equation9 {
+            label = Label::default();
+        }
+        if own > self.iso {
+            label.set_inside();
+        }
+        self.labels[node] = label;
+        self.own[node] = own;
+    }
+
+    fn value_on(&self, sheet: &SheetTile, node: usize, side: i8) -> f32 {
+        let (front, back) = (sheet.front[node], sheet.back[node]);
+        self.rules.side_value(self.total[node], front + back, if side > 0 { back } else { front })
+    }
+
+    /// Value of a side of a sheet at a node, whoever owns the node.
+    fn side_value(&self, node: usize, sheet: u8, side: i8) -> f32 {
+        self.sheet(sheet).map_or(self.total[node], |tile| self.value_on(tile, node, side))
+    }
+
+    /// Least value at a node of the sides that `label` names, but for sheets that part it from `across`.
+    fn value_beside(&self, node: usize, label: Label, across: Label) -> f32 {
+        let is_parting = |sheet: u8| label.parting(across).any(|s| s == sheet);
+        let sides = label.owners().filter(|o| !is_parting(o.0));
+        sides.fold(self.total[node], |least, (sheet, side)| least.min(self.side_value(node, sheet, side)))
+    }
+
+    fn sheet(&self, sheet: u8) -> Option<&SheetTile> {
+        self.sheets[..self.sheet_count].iter().find(|tile| tile.sheet == sheet)
+    }
+
+    fn find_ends(&mut self) {
         let cells = NODES - 1;
-        let mut rim = Vec::new();
         for z in 0..cells {
             for y in 0..cells {
                 for x in 0..cells {
                     let low = node_index(IVec3::new(x, y, z));
-                    let owns = |side: i8| corners(low).any(|n| self.owners[n] == side);
-                    if !owns(1) || !owns(-1) {
-                        continue;
-                    }
-                    // Empty nodes own nothing: counting them would bridge the cut along the free surface.
-                    let is_rim = corners(low).any(|n| self.owners[n] == 0 && self.own[n] > self.iso);
-                    self.classes[low] = if is_rim { CellClass::Rim } else { CellClass::Cut };
-                    if is_rim {
-                        rim.push(low);
-                    }
+                    let corners = self.corner_labels(low);
+                    let mask = if self.rules.empty_nodes_join { 0xff } else { inside_of(&corners) };
+                    self.ends[low] = if are_owned_alike(&corners) { Ends::default() } else { ends_of_cell(&corners, mask) };
                 }
             }
         }
-        // Plain f where the lips meet: a side's own value would leave pits along the front.
-        rim.into_iter().flat_map(corners).for_each(|n| self.own[n] = self.total[n]);
+    }
+
+    fn corner_labels(&self, low: usize) -> [Label; 8] {
+        std::array::from_fn(|i| self.labels[corner(low, i as u8)])
     }
 
     /// The low nodes of the block's cells, x fastest.
@@ -145,60 +161,77 @@ impl CellTile {
         range().flat_map(move |z| range().flat_map(move |y| range().map(move |x| node_index(IVec3::new(x, y, z)))))
     }
 
-    pub(crate) fn class(&self, cell: usize) -> CellClass {
-        if self.has_sides { self.classes[cell] } else { CellClass::Whole }
+    /// The inside bits of a cell without cuts.
+    pub(crate) fn case(&self, cell: usize) -> u8 {
+        (0..8).fold(0, |bits, i| bits | u8::from(self.total[corner(cell, i)] > self.iso) << i)
     }
 
-    /// The inside bits of one copy of a cell.
-    pub(crate) fn case(&self, cell: usize, copy: Copy) -> u8 {
-        let owner = match copy {
-            Copy::Single => None,
-            Copy::Front => Some(1),
-            Copy::Back => Some(-1),
-        };
-        let is_in = |n: usize| self.is_inside(n) && owner.is_none_or(|o| self.owners[n] == o);
-        corners(cell).enumerate().fold(0, |bits, (i, n)| bits | u8::from(is_in(n)) << i)
+    /// The inside bits of each body of a cell.
+    pub(crate) fn bodies(&self, cell: usize) -> impl Iterator<Item = u8> {
+        let corners = self.corner_labels(cell);
+        let mask = inside_of(&corners);
+        // Most cells of a block with a cut are not at the cut.
+        let is_whole = are_owned_alike(&corners);
+        let parts = (!is_whole).then(|| bodies(corners, mask, self.ends[cell]));
+        (is_whole && mask != 0).then_some(mask).into_iter().chain(parts.into_iter().flatten())
     }
 
-    fn is_inside(&self, node: usize) -> bool {
-        self.own_value(node) > self.iso
+    /// Whether two nodes are of different bodies of the cell: both inside, and parted there.
+    pub(crate) fn are_parted(&self, cell: usize, a: usize, b: usize) -> bool {
+        let (la, lb) = (self.labels[a], self.labels[b]);
+        la.is_inside() && lb.is_inside() && self.ends[cell].leaves_parted(la, lb)
     }
 
-    fn own_value(&self, node: usize) -> f32 {
-        if self.has_sides { self.own[node] } else { self.total[node] }
+    /// Whether any sheet ends in the cell.
+    pub(crate) fn has_ends(&self, cell: usize) -> bool {
+        !self.ends[cell].is_none()
     }
 
-    /// Whether the two nodes of an edge are on different sides of a cut.
-    fn is_split(&self, low: usize, axis: usize) -> bool {
-        self.has_sides && self.owners[low] * self.owners[low + STEPS[axis]] < 0
+    /// Whether a node is inside, in a tile with cuts.
+    pub(crate) fn is_inside(&self, node: usize) -> bool {
+        self.labels[node].is_inside()
     }
 
-    /// Whether one of the four cells at an edge is a rim cell.
-    fn touches_rim(&self, low: usize, axis: usize) -> bool {
+    /// Whether a sheet that ends in none of the four cells at an edge parts its ends.
+    pub(crate) fn is_split(&self, low: usize, axis: usize) -> bool {
+        self.splitting(low, axis).next().is_some()
+    }
+
+    fn splitting(&self, low: usize, axis: usize) -> impl Iterator<Item = u8> + '_ {
         let (u, v) = (STEPS[(axis + 1) % 3], STEPS[(axis + 2) % 3]);
-        [0, u, v, u + v].iter().any(|back| self.classes[low - back] == CellClass::Rim)
+        let ends = [0, u, v, u + v].map(|back| self.ends[low - back]);
+        self.labels[low].parting(self.labels[low + STEPS[axis]]).filter(move |&sheet| !ends.iter().any(|e| e.has(sheet)))
     }
 
-    /// Which of an edge's vertices a copy of a cell uses: split edges have one per side, welded where the crack front touches them.
-    pub(crate) fn variant(&self, low: usize, axis: usize, copy: Copy) -> usize {
-        match copy {
-            Copy::Front if self.is_split(low, axis) && !self.touches_rim(low, axis) => 1,
-            Copy::Back if self.is_split(low, axis) && !self.touches_rim(low, axis) => 2,
-            _ => 0,
+    /// Which of an edge's vertices a body uses that keeps one end of it.
+    pub(crate) fn variant(&self, low: usize, axis: usize, keeps_low: bool) -> usize {
+        match () {
+            () if self.is_plain() || !self.is_split(low, axis) => 0,
+            () if keeps_low => 1,
+            () => 2,
         }
     }
 
     /// Position of a vertex on an edge, in parts of the edge from its low node.
+    ///
+    /// - Ends of one side, or no lip there: where the own value is the threshold.
+    /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M). They coincide, until the clay opens by more
+    ///   than the edge. If several sheets part the ends, the nearest one to the kept end; welded lips stand at the sheets' mean.
+    /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the nearest to the kept end.
     pub(crate) fn crossing(&self, low: usize, axis: usize, variant: usize) -> f64 {
         let high = low + STEPS[axis];
-        let both_inside = self.is_inside(low) == self.is_inside(high);
-        let t = if !self.is_split(low, axis) || (variant == 0 && !both_inside) {
-            self.crossing_of(self.own_value(low), self.own_value(high))
-        } else if both_inside {
-            // Both lips are pinned to the sheet: they coincide, until the clay itself opens by more than a cell.
-            self.sheet_crossing(low, high)
+        let t = if self.is_plain() {
+            self.crossing_of(self.total[low], self.total[high])
+        } else if variant == 0 {
+            if self.is_inside(low) == self.is_inside(high) {
+                self.welded_crossing(low, high)
+            } else {
+                self.crossing_of(self.own[low], self.own[high])
+            }
+        } else if variant == 1 {
+            self.lip_crossing(low, axis, low, high)
         } else {
-            self.lip_crossing(low, high, if variant == 1 { 1 } else { -1 })
+            1.0 - self.lip_crossing(low, axis, high, low)
         };
         t.clamp(CROSSING_MIN, 1.0 - CROSSING_MIN)
     }
@@ -207,16 +240,69 @@ impl CellTile {
         f64::from(self.iso - a) / f64::from(b - a)
     }
 
-    /// Zero of (P - M) / (P + M) between two nodes of different owners.
-    fn sheet_crossing(&self, low: usize, high: usize) -> f64 {
-        let q = |n: usize| f64::from(self.front[n] - self.back[n]) / f64::from(self.front[n] + self.back[n]);
-        q(low) / (q(low) - q(high))
+    /// Zero of (P - M) / (P + M) from `a` on towards `b`, nodes that a sheet owns from opposite sides.
+    fn sheet_crossing(&self, sheet: u8, a: usize, b: usize) -> f64 {
+        let Some(tile) = self.sheet(sheet) else { return 0.5 };
+        let q = |n: usize| f64::from(tile.front[n] - tile.back[n]) / f64::from(tile.front[n] + tile.back[n]);
+        let t = q(a) / (q(a) - q(b));
+        // Owned from opposite sides with P = M at both: 0 / 0.
+        if t.is_finite() { t } else { 0.5 }
     }
 
-    /// Free surface of one side, where the other side has none.
-    fn lip_crossing(&self, low: usize, high: usize, side: i8) -> f64 {
-        let (a, b) = (self.side_value(low, side), self.side_value(high, side));
-        if (a > self.iso) == (b > self.iso) { self.sheet_crossing(low, high) } else { self.crossing_of(a, b) }
+    fn welded_crossing(&self, low: usize, high: usize) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for sheet in self.labels[low].parting(self.labels[high]) {
+            sum += self.sheet_crossing(sheet, low, high);
+            count += 1.0;
+        }
+        if count > 0.0 { sum / count } else { 0.5 }
+    }
+
+    /// From `kept` on towards `other`, the ends of the edge of `axis` from `low`.
+    fn lip_crossing(&self, low: usize, axis: usize, kept: usize, other: usize) -> f64 {
+        let (label, across) = (self.labels[kept], self.labels[other]);
+        let both_inside = across.is_inside();
+        let mut nearest = 1.0f64;
+        for sheet in self.splitting(low, axis) {
+            let side = label.owners().find(|o| o.0 == sheet).map_or(0, |o| o.1);
+            let (a, b) = (self.side_value(kept, sheet, side), self.side_value(other, sheet, side));
+            let is_free = !both_inside && a > self.iso && b <= self.iso;
+            nearest = nearest.min(if is_free { self.crossing_of(a, b) } else { self.sheet_crossing(sheet, kept, other) });
+        }
+        if !both_inside {
+            let (a, b) = (self.value_beside(kept, label, across), self.value_beside(other, across, label));
+            if a > self.iso && b <= self.iso {
+                nearest = nearest.min(self.crossing_of(a, b));
+            }
+        }
+        nearest
+    }
+
+    /// Outward normal of a vertex, not normalised: minus the slope of the field that the kept end sees, at the vertex.
+    ///
+    /// The slope at a node is the central difference, with (1 2 1)/4 across: wider than the field itself needs, for the sake of
+    /// shading, which shows the particles' disorder long before the surface's place does.
+    pub(crate) fn normal(&self, low: usize, axis: usize, variant: usize, t: f64) -> glam::Vec3 {
+        let high = low + STEPS[axis];
+        let label = if self.is_plain() {
+            Label::default()
+        } else if variant == 1 || (variant == 0 && self.is_inside(low)) {
+            self.labels[low]
+        } else {
+            self.labels[high]
+        };
+        let t = t as f32;
+        -(self.slope(low, label) * (1.0 - t) + self.slope(high, label) * t)
+    }
+
+    fn slope(&self, node: usize, label: Label) -> glam::Vec3 {
+        if self.is_plain() {
+            return slope(node, |n| self.total[n]);
+        }
+        if self.rules.method == CutMethod::Equation9 {
+            return slope(node, |n| self.own[n]);
+        }
+        slope(node, |n| self.value_beside(n, label, Label::default()))
     }
 
     /// Position of a tile node relative to the block [nodes].
@@ -234,13 +320,39 @@ impl CellTile {
     }
 }
 
-fn node_index(node: IVec3) -> usize {
-    (node.x + NODES * (node.y + NODES * node.z)) as usize
+/// Slope of node values per node spacing: central differences, smoothed across.
+fn slope(node: usize, value: impl Fn(usize) -> f32) -> glam::Vec3 {
+    const ACROSS: [f32; 3] = [0.25, 0.5, 0.25];
+    let first = node - STEPS[0] - STEPS[1] - STEPS[2];
+    let mut sum = [0.0f32; 3];
+    for (z, wz) in ACROSS.iter().enumerate() {
+        for (y, wy) in ACROSS.iter().enumerate() {
+            for (x, wx) in ACROSS.iter().enumerate() {
+                let v = value(first + x * STEPS[0] + y * STEPS[1] + z * STEPS[2]);
+                let ahead = |i: usize| i as f32 - 1.0;
+                sum[0] += ahead(x) * wy * wz * v;
+                sum[1] += ahead(y) * wx * wz * v;
+                sum[2] += ahead(z) * wx * wy * v;
+            }
+        }
+    }
+    glam::Vec3::from_array(sum) * 0.5
 }
 
-/// Tile nodes of the corners of a cell, in the table's order.
-fn corners(cell: usize) -> impl Iterator<Item = usize> {
-    (0..8).map(move |i| corner(cell, i))
+fn is_near(grid: &BlockGrid, values: &NodeValues, block: IVec3) -> bool {
+    neighbours().filter_map(|d| grid.slot(block + d)).any(|slot| values.block(slot).is_some())
+}
+
+fn inside_of(corners: &[Label; 8]) -> u8 {
+    corners.iter().enumerate().fold(0, |bits, (i, l)| bits | u8::from(l.is_inside()) << i)
+}
+
+fn are_owned_alike(corners: &[Label; 8]) -> bool {
+    corners.iter().all(|l| l.has_owners_of(corners[0]))
+}
+
+fn node_index(node: IVec3) -> usize {
+    (node.x + NODES * (node.y + NODES * node.z)) as usize
 }
 
 /// Tile node of corner `i` of a cell.

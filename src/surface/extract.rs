@@ -1,130 +1,195 @@
-//! Two-sided marching cubes: fields to a closed mesh in which a cut has two lips.
+//! Two-sided marching cubes: fields to a closed mesh in which every cut has two lips.
 //!
-//! 1. A node is owned by the side that holds more than half of the clay around it; inside is where the clay of its own side is above
-//!    the threshold.
-//! 2. A cell with owners of both sides is *cut*, or *rim* if untouched clay reaches into it: the crack front passes there. Cut cells are
-//!    emitted twice, each time with the nodes of one owner inside; all others once.
-//! 3. The copies of a cut have vertices of their own on edges from side to side, except where a rim cell touches the edge: so the lips
-//!    meet at the front. Between cut and rim cells the contours differ by small cycles, which are capped.
-//!
-//! This is the virtual-node idea (Molino et al. 2004) on a grid, with one case table and no rule beside it. Blocks are meshed in
-//! parallel; vertices are then merged by the number of their edge, so the mesh is the same for any number of threads.
+//! The rules stand in [`super::labels`]: which cuts own a node, which bodies a cell has, which vertices an edge. This is the virtual-node
+//! idea (Molino et al. 2004) on a grid, for any number of cuts, with one case table and no rule beside it. Blocks are meshed in
+//! parallel; vertices on their common faces are then merged by the number of their edge, so the mesh is the same for any number of threads.
 
-use super::caps::cap_cycles;
-use super::cells::{CellClass, CellTile, Copy, PLACES, VARIANTS, corner};
+use super::caps::FaceView;
+use super::cells::{CellTile, PLACES, STEPS, VARIANTS, corner};
 use super::field::{Field, SurfaceSettings};
-use super::mc_table::{EDGES, edge_axis, table};
+use super::grid::BLOCK;
+use super::labels::{CutMethod, Rules};
+use super::mc_table::{EDGES, edge_axis, edge_between, face_corners, table};
 use super::mesh::Mesh;
 use crate::sim::engine::SurfaceSource;
 use glam::IVec3;
 use rayon::prelude::*;
 
-/// The surface of the clay: closed and oriented, one cut sheet.
+/// The surface of the clay: closed and oriented, with two lips at each cut.
 ///
 /// Lips of a cut coincide until the clay opens; [`separate`](super::weld::separate) makes a manifold of it for export. Memory is at
-/// most 6 KiB per block of 8^3 nodes near a particle.
+/// most 6 KiB per block of 8^3 nodes near a particle, and twice as much again for each cut that passes it.
 pub fn extract(source: &SurfaceSource, settings: &SurfaceSettings) -> Mesh {
-    let mut mesh = extract_field(&Field::of_particles(source, settings), settings.iso_threshold);
-    if settings.normals {
-        mesh.compute_normals();
-    }
-    mesh
+    let field = Field::of_particles(source, settings);
+    extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals)
 }
 
 /// The surface `f = iso` of given fields, `iso` >= 0, without normals.
 pub fn extract_field(field: &Field, iso: f32) -> Mesh {
+    extract_by(field, iso, &Rules::new(CutMethod::TwoSided), false)
+}
+
+/// [`extract_field`] by any rules.
+#[doc(hidden)]
+pub fn extract_by(field: &Field, iso: f32, rules: &Rules, normals: bool) -> Mesh {
     let blocks = field.grid.blocks();
+    let new = || (CellTile::new(*rules, iso), vec![u16::MAX; PLACES]);
     let parts: Vec<BlockMesh> = blocks
         .par_iter()
-        .map_init(
-            || (CellTile::new(iso), vec![u16::MAX; PLACES]),
-            |(tile, places), &block| mesh_block(field, block, tile, places),
-        )
+        .map_init(new, |(tile, places), &block| {
+            let mut mesh = BlockMesh::default();
+            if tile.load(field, block) {
+                Block { field, block, tile, places, normals, mesh: &mut mesh }.run();
+            }
+            mesh
+        })
         .collect();
-    let (mut mesh, at_cut) = merge(&parts);
-    if at_cut.iter().any(|&c| c) {
-        cap_cycles(&mut mesh, &at_cut);
-    }
-    mesh
+    merge(&parts, normals)
 }
 
 /// The surface in one block.
 #[derive(Default)]
 struct BlockMesh {
-    /// Number of the edge and copy, the same in every block, and position [m].
-    vertices: Vec<(u64, [f32; 3])>,
-    /// Indices into `vertices`.
+    /// Vertex positions [m].
+    positions: Vec<[f32; 3]>,
+    /// Outward unit normals, if asked for.
+    normals: Vec<[f32; 3]>,
+    /// Vertices that other blocks may have too: number of the edge and variant, the same in every block, and index.
+    shared: Vec<(u64, u16)>,
+    /// Indices into `positions`.
     triangles: Vec<[u16; 3]>,
-    /// Whether the triangle is of a cut or rim cell; empty if none is.
-    at_cut: Vec<bool>,
+    /// The places of the tile that have a vertex.
+    used: Vec<usize>,
 }
 
-fn mesh_block(field: &Field, block: IVec3, tile: &mut CellTile, places: &mut [u16]) -> BlockMesh {
-    let mut mesh = BlockMesh::default();
-    if !tile.load(field, block) {
-        return mesh;
-    }
-    let mut used = Vec::new();
-    let mut has_cut = false;
-    for cell in CellTile::cells() {
-        let class = tile.class(cell);
-        let copies: &[Copy] = if class == CellClass::Cut { &[Copy::Front, Copy::Back] } else { &[Copy::Single] };
-        has_cut |= class != CellClass::Whole;
-        for &copy in copies {
-            for triangle in table()[usize::from(tile.case(cell, copy))].triangles() {
-                let vertices = triangle.map(|edge| {
-                    let (low, axis) = (corner(cell, EDGES[usize::from(edge)].0), edge_axis(edge));
-                    let variant = tile.variant(low, axis, copy);
-                    let place = (low * 3 + axis) * VARIANTS + variant;
-                    if places[place] == u16::MAX {
-                        // A block has 3 * 9^3 edges with 2 vertices each at most: far below 2^16.
-                        places[place] = mesh.vertices.len() as u16;
-                        used.push(place);
-                        let node = block * super::grid::BLOCK + CellTile::node_offset(low);
-                        let number = (field.grid.node_number(node) * 3 + axis as u64) * VARIANTS as u64 + variant as u64;
-                        let position = CellTile::position(field, node, axis, tile.crossing(low, axis, variant));
-                        mesh.vertices.push((number, position));
-                    }
-                    places[place]
-                });
-                mesh.triangles.push(vertices);
-                mesh.at_cut.push(class != CellClass::Whole);
+/// A block at work.
+struct Block<'a> {
+    field: &'a Field,
+    block: IVec3,
+    tile: &'a CellTile,
+    /// Vertex of each edge and variant of the tile, or `u16::MAX`. A block has 3 * 9^3 edges with 3 vertices each at most: far below 2^16.
+    places: &'a mut [u16],
+    normals: bool,
+    mesh: &'a mut BlockMesh,
+}
+
+impl Block<'_> {
+    fn run(mut self) {
+        if self.tile.is_plain() {
+            CellTile::cells().for_each(|cell| self.body(cell, self.tile.case(cell)));
+        } else {
+            for cell in CellTile::cells() {
+                self.tile.bodies(cell).for_each(|case| self.body(cell, case));
+                (0..3).for_each(|axis| self.caps(cell, axis));
             }
         }
+        self.mesh.used.drain(..).for_each(|place| self.places[place] = u16::MAX);
     }
-    used.into_iter().for_each(|place| places[place] = u16::MAX);
-    if !has_cut {
-        mesh.at_cut.clear();
+
+    /// The triangles of one body of a cell.
+    fn body(&mut self, cell: usize, case: u8) {
+        for triangle in table()[usize::from(case)].triangles() {
+            let vertices = triangle.map(|edge| {
+                let low = EDGES[usize::from(edge)].0;
+                self.vertex(corner(cell, low), edge_axis(edge), case >> low & 1 == 1)
+            });
+            self.mesh.triangles.push(vertices);
+        }
     }
-    mesh
+
+    /// The caps between a cell and the next one along an axis.
+    fn caps(&mut self, cell: usize, axis: usize) {
+        let across = cell + STEPS[axis];
+        if !self.tile.has_ends(cell) && !self.tile.has_ends(across) {
+            return;
+        }
+        let corners = face_corners(axis, 1);
+        let node = corners.map(|c| corner(cell, c));
+        // Low node and axis of the edge from corner i to the next.
+        let edge = |i: usize| {
+            let edge = edge_between(corners[i], corners[(i + 1) % 4]);
+            (corner(cell, EDGES[usize::from(edge)].0), edge_axis(edge))
+        };
+        let parted = |c: usize| std::array::from_fn(|i| self.tile.are_parted(c, node[i], node[(i + 1) % 4]));
+        let view = FaceView {
+            inside: node.map(|n| self.tile.is_inside(n)),
+            split: std::array::from_fn(|i| self.tile.is_split(edge(i).0, edge(i).1)),
+            parted: [parted(cell), parted(across)],
+        };
+        for triangle in view.caps() {
+            let vertices = triangle.map(|(i, keeps)| {
+                let (low, axis) = edge(usize::from(i));
+                self.vertex(low, axis, node[usize::from(keeps)] == low)
+            });
+            self.mesh.triangles.push(vertices);
+        }
+    }
+
+    /// The vertex on an edge that a body uses which keeps one end of it.
+    fn vertex(&mut self, low: usize, axis: usize, keeps_low: bool) -> u16 {
+        let variant = self.tile.variant(low, axis, keeps_low);
+        let place = (low * 3 + axis) * VARIANTS + variant;
+        if self.places[place] == u16::MAX {
+            let index = self.mesh.positions.len() as u16;
+            self.places[place] = index;
+            self.mesh.used.push(place);
+            let offset = CellTile::node_offset(low);
+            let node = self.block * BLOCK + offset;
+            let is_on_face = |d: usize| d != axis && (offset[d] == 0 || offset[d] == BLOCK);
+            if (0..3).any(is_on_face) {
+                let number = (self.field.grid.node_number(node) * 3 + axis as u64) * VARIANTS as u64 + variant as u64;
+                self.mesh.shared.push((number, index));
+            }
+            let t = self.tile.crossing(low, axis, variant);
+            self.mesh.positions.push(CellTile::position(self.field, node, axis, t));
+            if self.normals {
+                let normal = self.tile.normal(low, axis, variant, t);
+                self.mesh.normals.push(normal.try_normalize().unwrap_or(glam::Vec3::Y).to_array());
+            }
+        }
+        self.places[place]
+    }
 }
 
-/// One mesh of the blocks' meshes, vertices in the order of their numbers, and which of its triangles are at a cut.
-fn merge(parts: &[BlockMesh]) -> (Mesh, Vec<bool>) {
+/// One mesh of the blocks' meshes, vertices in the order of blocks.
+fn merge(parts: &[BlockMesh], normals: bool) -> Mesh {
     let starts: Vec<usize> = parts
         .iter()
         .scan(0, |sum, p| {
-            *sum += p.vertices.len();
-            Some(*sum - p.vertices.len())
+            *sum += p.positions.len();
+            Some(*sum - p.positions.len())
         })
         .collect();
-    let count = parts.iter().map(|p| p.vertices.len()).sum();
-    let mut numbers: Vec<(u64, u32)> = Vec::with_capacity(count);
-    parts.iter().flat_map(|p| &p.vertices).for_each(|v| numbers.push((v.0, numbers.len() as u32)));
-    numbers.par_sort_unstable();
+    let count: usize = parts.iter().map(|p| p.positions.len()).sum();
+    let mut shared: Vec<(u64, u32)> = Vec::with_capacity(parts.iter().map(|p| p.shared.len()).sum());
+    for (part, start) in parts.iter().zip(&starts) {
+        shared.extend(part.shared.iter().map(|&(number, i)| (number, (start + usize::from(i)) as u32)));
+    }
+    shared.par_sort_unstable();
 
-    let all: Vec<[f32; 3]> = parts.iter().flat_map(|p| p.vertices.iter().map(|v| v.1)).collect();
-    let mut merged = vec![0u32; count];
-    let mut positions = Vec::with_capacity(count);
-    for run in numbers.chunk_by(|a, b| a.0 == b.0) {
-        run.iter().for_each(|&(_, i)| merged[i as usize] = positions.len() as u32);
-        positions.push(all[run[0].1 as usize]);
+    // Vertex -> the first one of the same number, which comes before it; then -> its index in the mesh.
+    let mut merged: Vec<u32> = (0..count as u32).collect();
+    for run in shared.chunk_by(|a, b| a.0 == b.0) {
+        run.iter().for_each(|&(_, i)| merged[i as usize] = run[0].1);
     }
-    let (mut triangles, mut at_cut) = (Vec::new(), Vec::new());
+    let mut mesh = Mesh { normals: normals.then(Vec::new), ..Mesh::default() };
+    for (part, &start) in parts.iter().zip(&starts) {
+        for (i, position) in part.positions.iter().enumerate() {
+            let first = merged[start + i] as usize;
+            if first < start + i {
+                merged[start + i] = merged[first];
+                continue;
+            }
+            merged[start + i] = mesh.positions.len() as u32;
+            mesh.positions.push(*position);
+            if let Some(all) = &mut mesh.normals {
+                all.push(part.normals[i]);
+            }
+        }
+    }
+    mesh.triangles.reserve(parts.iter().map(|p| p.triangles.len()).sum());
     for (part, start) in parts.iter().zip(starts) {
-        triangles.extend(part.triangles.iter().map(|t| t.map(|v| merged[start + usize::from(v)])));
-        at_cut.extend(&part.at_cut);
-        at_cut.resize(triangles.len(), false);
+        mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|v| merged[start + usize::from(v)])));
     }
-    (Mesh::new(positions, triangles), at_cut)
+    mesh
 }

@@ -1,8 +1,8 @@
 //! Particles to fields: how much clay is around each node of the visual grid, in all and on each side of a cut.
 //!
 //! Equation 9 with volumes: `f_i = sum_p w_p B(x_i - x_p)` with B the quadratic B-spline of one cell, `w_p` the particle's present
-//! volume in cells, so that `f` = 1 inside clay and 1/2 on its surface. P and M are the same sums over the particles with side +1
-//! and -1 alone.
+//! volume in cells, so that `f` = 1 inside clay and 1/2 on its surface. P and M of a cut are the same sums over the particles in front of
+//! and behind it alone; a particle counts at both of its cuts.
 //!
 //! Particles that stand free weigh more: `w_p *= max(1, 0.65 / rho_p)^a` with `rho_p = sum_i f_i B(x_i - x_p)` on the cell grid. A flat
 //! surface keeps its place, and small clusters keep their volume instead of vanishing.
@@ -12,10 +12,12 @@
 //! separable filter per block then does the refinement and the blur together, exactly.
 
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
-use super::scatter::Bins;
+use super::labels::CutMethod;
+use super::scatter::{Bins, Part};
 use crate::sim::engine::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Spacing of the visual grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -40,6 +42,8 @@ pub struct SurfaceSettings {
     pub blur_passes: u32,
     /// Whether the mesh gets normals.
     pub normals: bool,
+    /// How cuts show.
+    pub method: CutMethod,
 }
 
 impl SurfaceSettings {
@@ -49,7 +53,12 @@ impl SurfaceSettings {
             Tier::Fine => (1.0, 2),
             Tier::Coarse => (1.3, 1),
         };
-        Self { tier, iso_threshold: 0.5, density_exponent, blur_passes, normals: true }
+        Self { tier, iso_threshold: 0.5, density_exponent, blur_passes, normals: true, method: CutMethod::TwoSided }
+    }
+
+    /// Equation 9 as published, for comparison: the cell grid, no weights by density, no blur, one value per node.
+    pub fn equation_9() -> Self {
+        Self { density_exponent: 0.0, blur_passes: 0, method: CutMethod::Equation9, ..Self::new(Tier::Coarse) }
     }
 }
 
@@ -67,20 +76,38 @@ const SURFACE_DENSITY: f32 = 0.65;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 const DENSITY_MIN: f32 = 0.02;
 
-/// The fields on the visual grid: f in all, P and M of the two sides of a cut.
+/// The fields on the visual grid: f in all, P and M of the two sides of each cut.
 #[derive(Clone, Debug)]
 pub struct Field {
     pub(crate) grid: BlockGrid,
     /// f: all clay.
     pub(crate) total: NodeValues,
-    /// P: clay with side +1.
-    pub(crate) front: NodeValues,
-    /// M: clay with side -1.
-    pub(crate) back: NodeValues,
+    /// The cuts with clay on both sides, by sheet number.
+    pub(crate) sheets: Vec<SheetField>,
     /// World position of node 0 [m].
     pub(crate) origin: DVec3,
     /// Distance of nodes [m].
     pub(crate) spacing: f64,
+}
+
+/// The clay at one cut.
+#[derive(Clone, Debug)]
+pub(crate) struct SheetField {
+    /// Sheet number, from 1.
+    pub(crate) sheet: u8,
+    /// P: clay in front.
+    pub(crate) front: NodeValues,
+    /// M: clay behind.
+    pub(crate) back: NodeValues,
+}
+
+/// The cuts at which a particle stands, and its side of each (1 front, -1 back).
+fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)> {
+    let [a, b, c, d] = particle.tags.to_le_bytes();
+    // The size of a side is a counter of the engine's.
+    let tags = [(a, b.cast_signed().signum()), (c, d.cast_signed().signum())];
+    let is_tag = move |k: &usize| tags[*k].0 != 0 && tags[*k].1 != 0 && (*k == 0 || tags[1].0 != tags[0].0 || tags[0].1 == 0);
+    (0..2).filter(is_tag).map(move |k| tags[k])
 }
 
 impl Field {
@@ -106,18 +133,23 @@ impl Field {
         };
         // Node i of the filtered field reads raw nodes i + first ..= i + last; cells need one node more below.
         let bins = Bins::new(points(bins.0, bins.1), (filter.last() + 1, 2 - filter.first));
-        let side = |particle: usize, side: i8| if particles[particle].side().signum() == side { weights[particle] } else { 0.0 };
-        let total = filter.apply(&bins.grid, &bins.scatter(|p| weights[p]));
-        let front = filter.apply(&bins.grid, &bins.scatter(|p| side(p, 1)));
-        let back = filter.apply(&bins.grid, &bins.scatter(|p| side(p, -1)));
-        Self { grid: bins.grid, total, front, back, origin: domain.origin, spacing }
+        let total = filter.apply(&bins.grid, &bins.scatter(&bins.whole(), &weights));
+        let scattered = |part: &Part| filter.apply(&bins.grid, &bins.scatter(part, &weights));
+        let sheet = |(sheet, [front, back]): (u8, [Part; 2])| SheetField { sheet, front: scattered(&front), back: scattered(&back) };
+        let sheets = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
+        Self { grid: bins.grid, total, sheets, origin: domain.origin, spacing }
     }
 
-    /// Fields given on the nodes of an array of shape `extent`, x fastest, node spacing 1 m; 0 beyond it.
+    /// Fields given on the nodes of an array of shape `extent`, x fastest, node spacing 1 m; 0 beyond it. `sides` are P and M of the sheets
+    /// 1, 2, and so on.
     ///
     /// # Panics
-    /// An array whose length is not the product of `extent`.
-    pub fn from_nodes(extent: [usize; 3], total: &[f32], sides: Option<(&[f32], &[f32])>) -> Self {
+    /// An array whose length is not the product of `extent`, or more than 255 sheets.
+    pub fn from_nodes<'a>(
+        extent: [usize; 3],
+        total: &[f32],
+        sides: impl IntoIterator<Item = (&'a [f32], &'a [f32])>,
+    ) -> Self {
         assert_eq!(extent.iter().product::<usize>(), total.len(), "the field's length must be that of its extent");
         let blocks = IVec3::from_array(extent.map(|n| (n as i32).div_euclid(BLOCK) + 2));
         let grid = BlockGrid::new(IVec3::splat(-1), blocks, |_| true);
@@ -135,15 +167,30 @@ impl Field {
             };
             NodeValues::new(grid.blocks().len(), |_| true, fill_block)
         };
-        let (front, back) = sides.map_or_else(Default::default, |(p, m)| (fill(p), fill(m)));
-        Self { total: fill(total), front, back, grid, origin: DVec3::ZERO, spacing: 1.0 }
+        let number = |i: usize| u8::try_from(i + 1).expect("sheets are numbered from 1 to 255");
+        let sheet = |(i, (p, m)): (usize, (&[f32], &[f32]))| SheetField { sheet: number(i), front: fill(p), back: fill(m) };
+        let sheets = sides.into_iter().enumerate().map(sheet).collect();
+        Self { total: fill(total), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
     /// Bytes of the node values.
     pub fn memory(&self) -> usize {
-        let values = [&self.total, &self.front, &self.back];
-        (0..self.grid.blocks().len()).flat_map(|s| values.map(|v| v.block(s).map_or(0, size_of_val))).sum()
+        let sheets = self.sheets.iter().flat_map(|s| [&s.front, &s.back]);
+        std::iter::once(&self.total).chain(sheets).map(NodeValues::memory).sum()
     }
+}
+
+/// The particles in front of and behind each cut that has both.
+fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> BTreeMap<u8, [Part; 2]> {
+    let mut parts: BTreeMap<u8, [Part; 2]> = BTreeMap::new();
+    for (bin, &p) in bins.particles_by_bin() {
+        let particle = &particles[p as usize];
+        if particle.tags != 0 {
+            tags(particle).for_each(|(sheet, side)| parts.entry(sheet).or_default()[usize::from(side < 0)].push(bin, p));
+        }
+    }
+    parts.retain(|_, [front, back]| !front.is_empty() && !back.is_empty());
+    parts
 }
 
 /// Present volume [cells] times the density weight, per particle.
@@ -153,12 +200,13 @@ fn particle_weights(particles: &[SurfaceParticle], points: Vec<Vec3>, exponent: 
         return particles.iter().map(volume).collect();
     }
     let bins = Bins::new(points, (0, 2));
-    let densities = bins.gather(&bins.scatter(|p| volume(&particles[p])));
-    let weight = |(p, rho): (&SurfaceParticle, f32)| {
+    let volumes: Vec<f32> = particles.iter().map(volume).collect();
+    let densities = bins.gather(&bins.scatter(&bins.whole(), &volumes));
+    let weight = |(volume, rho): (&f32, f32)| {
         let excess = SURFACE_DENSITY / rho.max(DENSITY_MIN);
-        volume(p) * if excess > 1.0 { excess.powf(exponent) } else { 1.0 }
+        volume * if excess > 1.0 { excess.powf(exponent) } else { 1.0 }
     };
-    particles.iter().zip(densities).map(weight).collect()
+    volumes.iter().zip(densities).map(weight).collect()
 }
 
 /// A separable filter: node i of the result is `sum_k taps[k] raw[i + first + k]` along each axis.

@@ -129,6 +129,11 @@ impl NodeValues {
         (chunk != ABSENT).then(|| &self.values[chunk as usize * BLOCK_NODES..][..BLOCK_NODES])
     }
 
+    /// Bytes of the values.
+    pub(crate) fn memory(&self) -> usize {
+        size_of_val(&self.values[..])
+    }
+
     /// Whether no block has values.
     pub(crate) fn is_empty(&self) -> bool {
         self.values.is_empty()

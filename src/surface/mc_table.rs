@@ -60,13 +60,14 @@ fn case_of(bits: u8) -> Case {
 }
 
 /// Corners of the face at `side` (0 low, 1 high) of `axis`, counter-clockwise seen from outside the cell.
-fn face_corners(axis: usize, side: u8) -> [u8; 4] {
+pub(crate) fn face_corners(axis: usize, side: u8) -> [u8; 4] {
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let corners = [0, u, u | v, v].map(|c| c | side << axis);
     if side == 1 { corners } else { [corners[3], corners[2], corners[1], corners[0]] }
 }
 
-fn edge_between(a: u8, b: u8) -> u8 {
+/// The edge that joins two corners.
+pub(crate) fn edge_between(a: u8, b: u8) -> u8 {
     EDGES.iter().position(|&e| e == (a.min(b), a.max(b))).unwrap_or_default() as u8
 }
 

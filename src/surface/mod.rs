@@ -2,11 +2,11 @@
 //!
 //! | stage      | takes               | makes                                     | equation            |
 //! |------------|---------------------|-------------------------------------------|---------------------|
-//! | [`field`]  | surface particles   | f, P, M on the nodes of the visual grid   | Eq. 9, by volume    |
+//! | [`field`]  | surface particles   | f, and P, M of each cut, on visual nodes  | Eq. 9, by volume    |
 //! | [`extract`]| f, P, M             | closed mesh, cuts with two lips           | two-sided MC        |
 //! | [`weld`]   | mesh                | manifold bodies for export                | -                   |
 //!
-//! Beside the flow: [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology
+//! Beside the flow: [`labels`] holds the rules of cuts, [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology
 //! from the nodes alone.
 //!
 //! # Example
@@ -39,6 +39,7 @@ pub mod check;
 pub mod extract;
 pub mod field;
 mod grid;
+pub mod labels;
 pub mod mc_table;
 pub mod mesh;
 pub mod oracle;
@@ -50,5 +51,6 @@ pub mod prelude {
     pub use super::check::MeshCheck;
     pub use super::extract::extract;
     pub use super::field::{SurfaceSettings, Tier};
+    pub use super::labels::CutMethod;
     pub use super::weld::{Repairs, print_ready};
 }

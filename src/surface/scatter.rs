@@ -24,6 +24,30 @@ pub(crate) struct Bins {
     pub(crate) grid: BlockGrid,
 }
 
+/// Some of the particles, sorted by block.
+#[derive(Default)]
+pub(crate) struct Part {
+    order: Vec<u32>,
+    /// Each block with particles of the part, by its number among those in use, and which they are.
+    bins: Vec<(u32, std::ops::Range<usize>)>,
+}
+
+impl Part {
+    /// Adds a particle of a block; blocks come in their order.
+    pub(crate) fn push(&mut self, bin: u32, particle: u32) {
+        let end = self.order.len();
+        match self.bins.last_mut() {
+            Some((last, range)) if *last == bin => range.end += 1,
+            _ => self.bins.push((bin, end..end + 1)),
+        }
+        self.order.push(particle);
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+}
+
 /// First node of the stencil of a particle: floor(point - 1/2), for points from -1/2 on. Truncation instead of `floor`, which is a call on
 /// baseline x86-64 and took an eighth of the time.
 fn stencil_base(point: Vec3) -> IVec3 {
@@ -76,25 +100,29 @@ impl Bins {
         &self.order[self.occupied[index].1.clone()]
     }
 
-    /// Sums `weight(particle)` times its B-spline over the particles, at the nodes of the grid; particles of weight 0 cost nothing.
-    pub(crate) fn scatter(&self, weight: impl Fn(usize) -> f32 + Sync) -> NodeValues {
-        let in_use: Vec<usize> = (0..self.occupied.len())
-            .into_par_iter()
-            .filter(|&i| self.particles(i).iter().any(|&p| weight(p as usize) != 0.0))
-            .collect();
+    /// Every particle with the number of its block among those in use.
+    pub(crate) fn particles_by_bin(&self) -> impl Iterator<Item = (u32, &u32)> {
+        (0..self.occupied.len()).flat_map(|bin| self.particles(bin).iter().map(move |p| (bin as u32, p)))
+    }
+
+    /// All particles.
+    pub(crate) fn whole(&self) -> Part {
+        Part { order: self.order.clone(), bins: self.occupied.iter().enumerate().map(|(i, o)| (i as u32, o.1.clone())).collect() }
+    }
+
+    /// Sums the particles' weights times their B-splines, at the nodes of the grid.
+    pub(crate) fn scatter(&self, part: &Part, weights: &[f32]) -> NodeValues {
+        let in_use = &part.bins;
         let mut tiles = vec![0.0f32; in_use.len() * TILE_NODES];
-        tiles.par_chunks_mut(TILE_NODES).zip(&in_use).for_each(|(tile, &i)| {
-            let origin = self.occupied[i].0 * BLOCK;
-            for &p in self.particles(i) {
-                let w = weight(p as usize);
-                if w != 0.0 {
-                    add_particle(tile, self.points[p as usize], origin, w);
-                }
+        tiles.par_chunks_mut(TILE_NODES).zip(in_use).for_each(|(tile, (bin, range))| {
+            let origin = self.occupied[*bin as usize].0 * BLOCK;
+            for &p in &part.order[range.clone()] {
+                add_particle(tile, self.points[p as usize], origin, weights[p as usize]);
             }
         });
         let mut tile_of = vec![None; self.grid.blocks().len()];
-        for (tile, &i) in tiles.chunks(TILE_NODES).zip(&in_use) {
-            if let Some(slot) = self.grid.slot(self.occupied[i].0) {
+        for (tile, (bin, _)) in tiles.chunks(TILE_NODES).zip(in_use) {
+            if let Some(slot) = self.grid.slot(self.occupied[*bin as usize].0) {
                 tile_of[slot] = Some(tile);
             }
         }
