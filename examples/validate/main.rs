@@ -119,6 +119,10 @@ const fn stability(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Stability, name, run, is_native_only: false }
 }
 
+const fn surface_case(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Surface, name, run, is_native_only: false }
+}
+
 const CASES: &[Case] = &[
     physics("free fall", motion::free_fall),
     physics("rotation", motion::rotation),
@@ -153,8 +157,13 @@ const CASES: &[Case] = &[
     stability("bad input", input::bad),
     stability("random strains", input::strains),
     Case { is_native_only: true, ..stability("as published", published::published) },
-    Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields, is_native_only: false },
-    Case { suite: Suite::Surface, name: "sphere", run: surface::sphere, is_native_only: false },
+    surface_case("random fields", surface::random_fields),
+    surface_case("cuts", surface::cuts),
+    surface_case("meeting cuts", surface::meeting_cuts),
+    surface_case("sphere", surface::sphere),
+    surface_case("clusters", surface::clusters),
+    surface_case("surface in motion", surface::motion),
+    surface_case("surface time", surface::speed),
 ];
 
 /// What the JSON file holds.

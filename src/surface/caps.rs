@@ -1,5 +1,5 @@
-//! Closes the gaps between two cells that see the bodies on their common face differently: at a crack front, where a sheet ends in one of
-//! them and parts the nodes of the other.
+//! Closes the gaps between two cells that see the bodies on their common face differently: at a crack front, where untouched clay joins in
+//! one of them what a cut parts in the other.
 //!
 //! Round the face, the inside corners come in runs between outside corners and split edges; cells differ only within runs, and within
 //! them all vertices are shared ones. A cell's contour passes a run from its first edge, by every inner edge whose ends are of different
@@ -87,6 +87,10 @@ impl FaceView {
                 }
             }
             if self.parted[0][edge % 4] && self.parted[1][edge % 4] {
+                if edge == start + 4 && paths[0][0] == vertex(edge) {
+                    // The only edge that both pass: paths end where they began.
+                    paths.iter_mut().for_each(|path| path.truncate(path.len() - 1));
+                }
                 fill(&paths, out);
                 paths = [vec![vertex(edge)], vec![vertex(edge)]];
             }
@@ -123,6 +127,7 @@ mod tests {
         let back = view([1; 4], [0; 4], [1; 4]).caps();
         assert_eq!(back, [[(0, 0), (1, 1), (2, 2)], [(0, 0), (2, 2), (3, 3)]]);
         assert_eq!(view([1; 4], [1, 1, 1, 0], [1, 0, 1, 0]).caps().len(), 1);
+        assert_eq!(view([1; 4], [1, 1, 1, 0], [1, 0, 0, 0]).caps(), [[(0, 0), (2, 2), (1, 1)]]);
     }
 
     /// A run of two or three corners beside outside ones.

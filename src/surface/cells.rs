@@ -2,7 +2,7 @@
 
 use super::field::Field;
 use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
-use super::labels::{CutMethod, Ends, Label, Rules, bodies, ends_of_cell};
+use super::labels::{Bodies, CutMethod, Label, Rules};
 use glam::{DVec3, IVec3};
 
 /// Nodes along an edge of a tile: the block's cells need 9 nodes; what ends at an edge, and slopes, need one more on every side.
@@ -36,8 +36,8 @@ pub(crate) struct CellTile {
     /// Own values; meant only where there are sheets.
     own: Vec<f32>,
     labels: Vec<Label>,
-    /// The sheets that end in the cell with this low node.
-    ends: Vec<Ends>,
+    /// Bodies of the cell with this low node.
+    bodies: Vec<Bodies>,
     /// Tiles of the sheets near this block, by number, then unused ones.
     sheets: Vec<SheetTile>,
     sheet_count: usize,
@@ -51,7 +51,7 @@ impl CellTile {
             total: vec![0.0; NODE_COUNT],
             own: vec![0.0; NODE_COUNT],
             labels: vec![Label::default(); NODE_COUNT],
-            ends: vec![Ends::default(); NODE_COUNT],
+            bodies: vec![Bodies::WHOLE; NODE_COUNT],
             sheets: Vec::new(),
             sheet_count: 0,
         }
@@ -75,7 +75,7 @@ impl CellTile {
         for node in 0..NODE_COUNT {
             self.label_node(node);
         }
-        self.find_ends();
+        self.find_bodies();
         true
     }
 
@@ -98,11 +98,17 @@ impl CellTile {
 
     fn label_node(&mut self, node: usize) {
         let total = self.total[node];
+        let sheets = &self.sheets[..self.sheet_count];
+        let owner = |whole: f32, sheet: &SheetTile| self.rules.owner(whole, sheet.front[node], sheet.back[node]);
+        let least = sheets.iter().fold(total, |least, sheet| match owner(total, sheet) {
+            0 => least,
+            side => least.min(self.value_on(sheet, node, side)),
+        });
         let (mut label, mut own) = (Label::default(), total);
-        for sheet in &self.sheets[..self.sheet_count] {
-            let owner = self.rules.owner(total, sheet.front[node], sheet.back[node]);
-            if owner != 0 && label.push(sheet.sheet, owner) {
-                own = own.min(self.value_on(sheet, node, owner));
+        for sheet in sheets {
+            let side = owner(least, sheet);
+            if side != 0 && label.push(sheet.sheet, side) {
+                own *= self.value_on(sheet, node, side) / total;
             }
         }
         // To Equation 9 a cut makes values, and parts nothing.
@@ -137,7 +143,7 @@ impl CellTile {
         self.sheets[..self.sheet_count].iter().find(|tile| tile.sheet == sheet)
     }
 
-    fn find_ends(&mut self) {
+    fn find_bodies(&mut self) {
         let cells = NODES - 1;
         for z in 0..cells {
             for y in 0..cells {
@@ -145,7 +151,9 @@ impl CellTile {
                     let low = node_index(IVec3::new(x, y, z));
                     let corners = self.corner_labels(low);
                     let mask = if self.rules.empty_nodes_join { 0xff } else { inside_of(&corners) };
-                    self.ends[low] = if are_owned_alike(&corners) { Ends::default() } else { ends_of_cell(&corners, mask) };
+                    // Most cells of a block with a cut are not at the cut.
+                    let is_whole = corners.iter().all(|l| l.has_owners_of(corners[0]));
+                    self.bodies[low] = if is_whole { Bodies::WHOLE } else { Bodies::new(&corners, mask) };
                 }
             }
         }
@@ -168,23 +176,20 @@ impl CellTile {
 
     /// The inside bits of each body of a cell.
     pub(crate) fn bodies(&self, cell: usize) -> impl Iterator<Item = u8> {
-        let corners = self.corner_labels(cell);
-        let mask = inside_of(&corners);
-        // Most cells of a block with a cut are not at the cut.
-        let is_whole = are_owned_alike(&corners);
-        let parts = (!is_whole).then(|| bodies(corners, mask, self.ends[cell]));
-        (is_whole && mask != 0).then_some(mask).into_iter().chain(parts.into_iter().flatten())
+        let mask = inside_of(&self.corner_labels(cell));
+        let bodies = self.bodies[cell];
+        let is_whole = bodies == Bodies::WHOLE;
+        (is_whole && mask != 0).then_some(mask).into_iter().chain((!is_whole).then(|| bodies.masks(mask)).into_iter().flatten())
     }
 
-    /// Whether two nodes are of different bodies of the cell: both inside, and parted there.
-    pub(crate) fn are_parted(&self, cell: usize, a: usize, b: usize) -> bool {
-        let (la, lb) = (self.labels[a], self.labels[b]);
-        la.is_inside() && lb.is_inside() && self.ends[cell].leaves_parted(la, lb)
+    /// Whether two corners of a cell are inside and of different bodies of it.
+    pub(crate) fn are_parted(&self, cell: usize, a: u8, b: u8) -> bool {
+        self.is_inside(corner(cell, a)) && self.is_inside(corner(cell, b)) && self.bodies[cell].part(a, b)
     }
 
-    /// Whether any sheet ends in the cell.
-    pub(crate) fn has_ends(&self, cell: usize) -> bool {
-        !self.ends[cell].is_none()
+    /// Whether a cell has one body.
+    pub(crate) fn is_whole(&self, cell: usize) -> bool {
+        self.bodies[cell] == Bodies::WHOLE
     }
 
     /// Whether a node is inside, in a tile with cuts.
@@ -192,15 +197,15 @@ impl CellTile {
         self.labels[node].is_inside()
     }
 
-    /// Whether a sheet that ends in none of the four cells at an edge parts its ends.
+    /// Whether the ends of an edge are inside and of different bodies in each of its four cells.
     pub(crate) fn is_split(&self, low: usize, axis: usize) -> bool {
-        self.splitting(low, axis).next().is_some()
-    }
-
-    fn splitting(&self, low: usize, axis: usize) -> impl Iterator<Item = u8> + '_ {
-        let (u, v) = (STEPS[(axis + 1) % 3], STEPS[(axis + 2) % 3]);
-        let ends = [0, u, v, u + v].map(|back| self.ends[low - back]);
-        self.labels[low].parting(self.labels[low + STEPS[axis]]).filter(move |&sheet| !ends.iter().any(|e| e.has(sheet)))
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        (0..4u8).all(|i| {
+            // The edge's low node is this corner of the cell.
+            let place = (i & 1) << u | (i >> 1) << v;
+            let cell = low - usize::from(i & 1) * STEPS[u] - usize::from(i >> 1) * STEPS[v];
+            self.are_parted(cell, place, place | 1 << axis)
+        })
     }
 
     /// Which of an edge's vertices a body uses that keeps one end of it.
@@ -215,23 +220,19 @@ impl CellTile {
     /// Position of a vertex on an edge, in parts of the edge from its low node.
     ///
     /// - Ends of one side, or no lip there: where the own value is the threshold.
-    /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M). They coincide, until the clay opens by more
-    ///   than the edge. If several sheets part the ends, the nearest one to the kept end; welded lips stand at the sheets' mean.
+    /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean of several. They coincide, until
+    ///   the clay opens by more than the edge.
     /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the nearest to the kept end.
-    pub(crate) fn crossing(&self, low: usize, axis: usize, variant: usize) -> f64 {
+    pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
         let high = low + STEPS[axis];
         let t = if self.is_plain() {
             self.crossing_of(self.total[low], self.total[high])
-        } else if variant == 0 {
-            if self.is_inside(low) == self.is_inside(high) {
-                self.welded_crossing(low, high)
-            } else {
-                self.crossing_of(self.own[low], self.own[high])
-            }
-        } else if variant == 1 {
-            self.lip_crossing(low, axis, low, high)
         } else {
-            1.0 - self.lip_crossing(low, axis, high, low)
+            match (self.is_inside(low), self.is_inside(high)) {
+                (true, false) => self.lip_crossing(low, high),
+                (false, true) => 1.0 - self.lip_crossing(high, low),
+                _ => self.pinned_crossing(low, high),
+            }
         };
         t.clamp(CROSSING_MIN, 1.0 - CROSSING_MIN)
     }
@@ -249,7 +250,8 @@ impl CellTile {
         if t.is_finite() { t } else { 0.5 }
     }
 
-    fn welded_crossing(&self, low: usize, high: usize) -> f64 {
+    /// Where both lips stand between two inside nodes: the mean over the sheets that part them.
+    fn pinned_crossing(&self, low: usize, high: usize) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for sheet in self.labels[low].parting(self.labels[high]) {
             sum += self.sheet_crossing(sheet, low, high);
@@ -258,24 +260,21 @@ impl CellTile {
         if count > 0.0 { sum / count } else { 0.5 }
     }
 
-    /// From `kept` on towards `other`, the ends of the edge of `axis` from `low`.
-    fn lip_crossing(&self, low: usize, axis: usize, kept: usize, other: usize) -> f64 {
+    /// From `kept`, which is inside, on towards `other`, which is not.
+    fn lip_crossing(&self, kept: usize, other: usize) -> f64 {
         let (label, across) = (self.labels[kept], self.labels[other]);
-        let both_inside = across.is_inside();
+        if !label.is_parted_from(across) {
+            return self.crossing_of(self.own[kept], self.own[other]);
+        }
         let mut nearest = 1.0f64;
-        for sheet in self.splitting(low, axis) {
+        for sheet in label.parting(across) {
             let side = label.owners().find(|o| o.0 == sheet).map_or(0, |o| o.1);
             let (a, b) = (self.side_value(kept, sheet, side), self.side_value(other, sheet, side));
-            let is_free = !both_inside && a > self.iso && b <= self.iso;
+            let is_free = a > self.iso && b <= self.iso;
             nearest = nearest.min(if is_free { self.crossing_of(a, b) } else { self.sheet_crossing(sheet, kept, other) });
         }
-        if !both_inside {
-            let (a, b) = (self.value_beside(kept, label, across), self.value_beside(other, across, label));
-            if a > self.iso && b <= self.iso {
-                nearest = nearest.min(self.crossing_of(a, b));
-            }
-        }
-        nearest
+        let (a, b) = (self.value_beside(kept, label, across), self.value_beside(other, across, label));
+        if a > self.iso && b <= self.iso { nearest.min(self.crossing_of(a, b)) } else { nearest }
     }
 
     /// Outward normal of a vertex, not normalised: minus the slope of the field that the kept end sees, at the vertex.
@@ -345,10 +344,6 @@ fn is_near(grid: &BlockGrid, values: &NodeValues, block: IVec3) -> bool {
 
 fn inside_of(corners: &[Label; 8]) -> u8 {
     corners.iter().enumerate().fold(0, |bits, (i, l)| bits | u8::from(l.is_inside()) << i)
-}
-
-fn are_owned_alike(corners: &[Label; 8]) -> bool {
-    corners.iter().all(|l| l.has_owners_of(corners[0]))
 }
 
 fn node_index(node: IVec3) -> usize {

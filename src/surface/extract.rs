@@ -100,7 +100,7 @@ impl Block<'_> {
     /// The caps between a cell and the next one along an axis.
     fn caps(&mut self, cell: usize, axis: usize) {
         let across = cell + STEPS[axis];
-        if !self.tile.has_ends(cell) && !self.tile.has_ends(across) {
+        if self.tile.is_whole(cell) && self.tile.is_whole(across) {
             return;
         }
         let corners = face_corners(axis, 1);
@@ -110,11 +110,13 @@ impl Block<'_> {
             let edge = edge_between(corners[i], corners[(i + 1) % 4]);
             (corner(cell, EDGES[usize::from(edge)].0), edge_axis(edge))
         };
-        let parted = |c: usize| std::array::from_fn(|i| self.tile.are_parted(c, node[i], node[(i + 1) % 4]));
+        // The same corners as the next cell has them.
+        let behind = corners.map(|c| c & !(1 << axis));
+        let parted = |c: usize, at: [u8; 4]| std::array::from_fn(|i| self.tile.are_parted(c, at[i], at[(i + 1) % 4]));
         let view = FaceView {
             inside: node.map(|n| self.tile.is_inside(n)),
             split: std::array::from_fn(|i| self.tile.is_split(edge(i).0, edge(i).1)),
-            parted: [parted(cell), parted(across)],
+            parted: [parted(cell, corners), parted(across, behind)],
         };
         for triangle in view.caps() {
             let vertices = triangle.map(|(i, keeps)| {
@@ -140,7 +142,7 @@ impl Block<'_> {
                 let number = (self.field.grid.node_number(node) * 3 + axis as u64) * VARIANTS as u64 + variant as u64;
                 self.mesh.shared.push((number, index));
             }
-            let t = self.tile.crossing(low, axis, variant);
+            let t = self.tile.crossing(low, axis);
             self.mesh.positions.push(CellTile::position(self.field, node, axis, t));
             if self.normals {
                 let normal = self.tile.normal(low, axis, variant, t);

@@ -11,11 +11,13 @@
 //! its width, (1 3 3 1)/4 per axis, so particles scatter to 27 nodes of the half-cell lattice between the grid's nodes, and one
 //! separable filter per block then does the refinement and the blur together, exactly.
 
+use super::grains::free_grains;
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};
 use crate::sim::engine::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -73,6 +75,8 @@ const BLUR_PASSES_MAX: u32 = 2;
 /// Density below which weights grow: about that of the outermost particles of a flat surface. Measured at 8 particles per cell with two
 /// blurs: 0.62 makes a sphere of 10 cells 0.6 % too small, 0.65 0.1-0.2 % too small, 0.70 0.7-0.8 % too large.
 const SURFACE_DENSITY: f32 = 0.65;
+/// Density from which on a particle is within the surface, whatever the threshold.
+const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 const DENSITY_MIN: f32 = 0.02;
 
@@ -113,6 +117,16 @@ fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)> {
 impl Field {
     /// The fields of `source`.
     pub fn of_particles(source: &SurfaceSource, settings: &SurfaceSettings) -> Self {
+        Self::new(source, settings, false).0
+    }
+
+    /// The fields without small clusters, and the particles that are not within the surface then, each with how far f is below the
+    /// threshold there [of the threshold].
+    pub(crate) fn without_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> (Self, Vec<(u32, f32)>) {
+        Self::new(source, settings, true)
+    }
+
+    fn new(source: &SurfaceSource, settings: &SurfaceSettings, finds_grains: bool) -> (Self, Vec<(u32, f32)>) {
         let domain = &source.domain;
         let particles = &source.particles[..];
         // Weights are checked here once: a particle that is not finite, or has left the grid, shows as missing, not as a broken mesh.
@@ -125,19 +139,55 @@ impl Field {
             let point = |p| Vec3::from_array(p) * scale - shift;
             particles.iter().map(|p| if usable(p) { point(p.position) } else { Vec3::NAN }).collect()
         };
-        let weights = particle_weights(particles, points(1.0, 0.0), settings.density_exponent);
+        let volumes: Vec<f32> = particles.iter().map(|p| p.density_weight * p.volume_ratio).collect();
+        let exponent = settings.density_exponent;
+        let needs_densities = exponent != 0.0 || finds_grains;
+        let densities = if needs_densities { densities(&volumes, points(1.0, 0.0)) } else { Vec::new() };
+        let mut weights = if exponent == 0.0 { volumes } else { weights(volumes, &densities, exponent) };
+        if finds_grains {
+            free_grains(particles, &densities).into_iter().for_each(|p| weights[p as usize] = 0.0);
+        }
+
         let blur = settings.blur_passes.min(BLUR_PASSES_MAX);
         let (filter, bins, spacing) = match settings.tier {
             Tier::Fine => (Filter::refinement(blur), (2.0, 0.5), domain.cell_width / 2.0),
             Tier::Coarse => (Filter::blur(blur), (1.0, 0.0), domain.cell_width),
         };
+        let scale = bins.0;
         // Node i of the filtered field reads raw nodes i + first ..= i + last; cells need one node more below.
         let bins = Bins::new(points(bins.0, bins.1), (filter.last() + 1, 2 - filter.first));
         let total = filter.apply(&bins.grid, &bins.scatter(&bins.whole(), &weights));
         let scattered = |part: &Part| filter.apply(&bins.grid, &bins.scatter(part, &weights));
-        let sheet = |(sheet, [front, back]): (u8, [Part; 2])| SheetField { sheet, front: scattered(&front), back: scattered(&back) };
+        let sheet =
+            |(sheet, [front, back]): (u8, [Part; 2])| SheetField { sheet, front: scattered(&front), back: scattered(&back) };
         let sheets = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
-        Self { grid: bins.grid, total, sheets, origin: domain.origin, spacing }
+        let field = Self { grid: bins.grid, total, sheets, origin: domain.origin, spacing };
+        if !finds_grains {
+            return (field, Vec::new());
+        }
+        // Those of small clusters are outside of what is left.
+        let outside = |i: u32| {
+            let (p, rho) = (&particles[i as usize], densities[i as usize]);
+            let is_near = rho > 0.0 && rho < BULK_DENSITY;
+            let share = |f: f32| (i, 1.0 - f / settings.iso_threshold);
+            is_near.then(|| share(field.total_at(Vec3::from_array(p.position) * scale))).filter(|g| g.1 >= 0.0)
+        };
+        let grains = (0..particles.len() as u32).into_par_iter().filter_map(outside).collect();
+        (field, grains)
+    }
+
+    /// f between nodes, linear along each axis; `at` in node spacings.
+    fn total_at(&self, at: Vec3) -> f32 {
+        let low = at.floor();
+        let t = at - low;
+        let node = low.as_ivec3();
+        let share = |c: i32, t: f32| if c == 1 { t } else { 1.0 - t };
+        (0..8)
+            .map(|i| {
+                let d = IVec3::new(i & 1, i >> 1 & 1, i >> 2 & 1);
+                share(d.x, t.x) * share(d.y, t.y) * share(d.z, t.z) * self.grid.value(&self.total, node + d)
+            })
+            .sum()
     }
 
     /// Fields given on the nodes of an array of shape `extent`, x fastest, node spacing 1 m; 0 beyond it. `sides` are P and M of the sheets
@@ -145,11 +195,7 @@ impl Field {
     ///
     /// # Panics
     /// An array whose length is not the product of `extent`, or more than 255 sheets.
-    pub fn from_nodes<'a>(
-        extent: [usize; 3],
-        total: &[f32],
-        sides: impl IntoIterator<Item = (&'a [f32], &'a [f32])>,
-    ) -> Self {
+    pub fn from_nodes<'a>(extent: [usize; 3], total: &[f32], sides: impl IntoIterator<Item = (&'a [f32], &'a [f32])>) -> Self {
         assert_eq!(extent.iter().product::<usize>(), total.len(), "the field's length must be that of its extent");
         let blocks = IVec3::from_array(extent.map(|n| (n as i32).div_euclid(BLOCK) + 2));
         let grid = BlockGrid::new(IVec3::splat(-1), blocks, |_| true);
@@ -193,20 +239,19 @@ fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> BTreeMap<u8, [Pa
     parts
 }
 
-/// Present volume [cells] times the density weight, per particle.
-fn particle_weights(particles: &[SurfaceParticle], points: Vec<Vec3>, exponent: f32) -> Vec<f32> {
-    let volume = |p: &SurfaceParticle| p.density_weight * p.volume_ratio;
-    if exponent == 0.0 {
-        return particles.iter().map(volume).collect();
-    }
+/// Clay around each particle, on the cell grid; 0 for those left out.
+fn densities(volumes: &[f32], points: Vec<Vec3>) -> Vec<f32> {
     let bins = Bins::new(points, (0, 2));
-    let volumes: Vec<f32> = particles.iter().map(volume).collect();
-    let densities = bins.gather(&bins.scatter(&bins.whole(), &volumes));
-    let weight = |(volume, rho): (&f32, f32)| {
+    bins.gather(&bins.scatter(&bins.whole(), volumes))
+}
+
+/// Present volume [cells] times the density weight, per particle.
+fn weights(volumes: Vec<f32>, densities: &[f32], exponent: f32) -> Vec<f32> {
+    let weight = |(volume, rho): (f32, &f32)| {
         let excess = SURFACE_DENSITY / rho.max(DENSITY_MIN);
         volume * if excess > 1.0 { excess.powf(exponent) } else { 1.0 }
     };
-    volumes.iter().zip(densities).map(weight).collect()
+    volumes.into_iter().zip(densities).map(weight).collect()
 }
 
 /// A separable filter: node i of the result is `sum_k taps[k] raw[i + first + k]` along each axis.

@@ -48,6 +48,14 @@ impl BlockGrid {
         (slot != ABSENT).then_some(slot as usize)
     }
 
+    /// The value at a node; 0 where none is stored.
+    pub(crate) fn value(&self, values: &NodeValues, node: IVec3) -> f32 {
+        let block = node.map(|i| i.div_euclid(BLOCK));
+        let at = node - block * BLOCK;
+        let stored = self.slot(block).and_then(|slot| values.block(slot));
+        stored.map_or(0.0, |v| v[(at.x + BLOCK * (at.y + BLOCK * at.z)) as usize])
+    }
+
     /// A number that orders nodes: z, then y, then x, over the table's box.
     pub(crate) fn node_number(&self, node: IVec3) -> u64 {
         let at = (node - self.low * BLOCK).as_u64vec3();

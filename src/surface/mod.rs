@@ -6,7 +6,7 @@
 //! | [`extract`]| f, P, M             | closed mesh, cuts with two lips           | two-sided MC        |
 //! | [`weld`]   | mesh                | manifold bodies for export                | -                   |
 //!
-//! Beside the flow: [`labels`] holds the rules of cuts, [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology
+//! Beside the flow: [`grains`] are the particles outside of the mesh, [`labels`] holds the rules of cuts, [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology
 //! from the nodes alone.
 //!
 //! # Example
@@ -38,6 +38,7 @@ mod cells;
 pub mod check;
 pub mod extract;
 pub mod field;
+pub mod grains;
 mod grid;
 pub mod labels;
 pub mod mc_table;
@@ -51,6 +52,7 @@ pub mod prelude {
     pub use super::check::MeshCheck;
     pub use super::extract::extract;
     pub use super::field::{SurfaceSettings, Tier};
+    pub use super::grains::{Extraction, Grain, extract_with_grains};
     pub use super::labels::CutMethod;
     pub use super::weld::{Repairs, print_ready};
 }

@@ -14,6 +14,11 @@ pub struct Repairs {
     pub pillows: usize,
     /// Sum of their volumes' magnitudes [m^3].
     pub pillow_volume: f64,
+    /// Bodies one node thick, wedged in between the lips of cuts, that were dropped: where cuts meet, the edge of a piece may come
+    /// apart on the grid.
+    pub crumbs: usize,
+    /// Sum of their volumes [m^3].
+    pub crumb_volume: f64,
     /// Whether the mesh was inside out.
     pub was_inverted: bool,
     /// Vertices that stood on another vertex and were moved into their body.
@@ -22,6 +27,13 @@ pub struct Repairs {
 
 /// A pillow encloses less than this times area^1.5; a sphere encloses 0.094, the thinnest useful plate (1 : 100) 0.002.
 const PILLOW_FILL_MAX: f64 = 1e-6;
+/// Volume over area of a crumb, in its mean edge length, at most: 0.14 for the octahedron around one node, 0.22 for a row of nodes, 0.4 for
+/// two nodes each way.
+const CRUMB_THICKNESS_MAX: f64 = 0.3;
+/// Volume of a crumb, in cubes of its mean edge length, at most: a row of some 20 nodes.
+const CRUMB_VOLUME_MAX: f64 = 8.0;
+/// Share of a crumb's vertices that stand on those of other bodies, at least: free surface and blunt edges are its own.
+const CRUMB_WEDGED_MIN: f64 = 0.3;
 /// Distance by which coincident lips are parted, over the mesh's diagonal: 1 um in 100 mm, 100 times the rounding of f32.
 const LIP_GAP: f64 = 1e-5;
 /// Two triangles at an edge closer than this [rad] lie on each other: the slit of a cut, with clay all around.
@@ -157,32 +169,76 @@ fn split_double_edges(mesh: &mut Mesh, pairs: &[(HalfEdge, HalfEdge)]) {
     }
 }
 
-/// Drops closed components that enclose nothing (lips of a cut that meet all around).
+/// Drops closed components that enclose nothing (lips of a cut that meet all around), and crumbs.
 pub fn drop_pillows(mesh: &Mesh) -> (Mesh, Repairs) {
     let mut repairs = Repairs::default();
     let (labels, count) = mesh.component_labels();
     let bodies = mesh.components();
     let mut is_kept = vec![true; count];
-    for (kept, body) in is_kept.iter_mut().zip(&bodies) {
-        let volume = body.volume().abs();
-        if volume <= PILLOW_FILL_MAX * body.area().powf(1.5) {
+    let wedged = wedged_bodies(mesh, &labels, count);
+    for ((kept, body), is_wedged) in is_kept.iter_mut().zip(&bodies).zip(wedged) {
+        let (volume, area) = (body.volume().abs(), body.area());
+        if volume <= PILLOW_FILL_MAX * area.powf(1.5) {
             *kept = false;
             repairs.pillows += 1;
             repairs.pillow_volume += volume;
+        } else if is_wedged && is_crumb(body, volume, area) {
+            *kept = false;
+            repairs.crumbs += 1;
+            repairs.crumb_volume += volume;
         }
     }
     let kept = mesh.triangles.iter().zip(labels).filter(|(_, l)| is_kept[*l as usize]).map(|(t, _)| *t).collect();
     (mesh.with_triangles(kept), repairs)
 }
 
+/// Whether many of a component's vertices stand on those of other components.
+fn wedged_bodies(mesh: &Mesh, labels: &[u32], count: usize) -> Vec<bool> {
+    let mut body_of = vec![u32::MAX; mesh.positions.len()];
+    for (t, label) in mesh.triangles.iter().zip(labels) {
+        t.iter().for_each(|&v| body_of[v as usize] = *label);
+    }
+    let used = (0..mesh.positions.len() as u32).filter(|&v| body_of[v as usize] != u32::MAX);
+    let mut shares = vec![(0.0, 0.0); count];
+    for run in standing_together(mesh, used).chunk_by(|a, b| place(mesh, *a) == place(mesh, *b)) {
+        for &v in run {
+            let body = body_of[v as usize];
+            let (wedged, all) = &mut shares[body as usize];
+            *wedged += if run.iter().any(|&w| body_of[w as usize] != body) { 1.0 } else { 0.0 };
+            *all += 1.0;
+        }
+    }
+    shares.into_iter().map(|(wedged, all)| wedged >= CRUMB_WEDGED_MIN * all).collect()
+}
+
+fn is_crumb(body: &Mesh, volume: f64, area: f64) -> bool {
+    let edge = mean_edge(body);
+    volume <= CRUMB_THICKNESS_MAX * area * edge && volume <= CRUMB_VOLUME_MAX * edge.powi(3)
+}
+
+/// Vertices sorted by place, so that those at one place stand together.
+fn standing_together(mesh: &Mesh, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut order: Vec<u32> = vertices.collect();
+    order.sort_by_key(|&v| place(mesh, v));
+    order
+}
+
+fn place(mesh: &Mesh, vertex: u32) -> [u32; 3] {
+    mesh.positions[vertex as usize].map(|x| (x + 0.0).to_bits())
+}
+
+fn mean_edge(mesh: &Mesh) -> f64 {
+    let at = |v: u32| Vec3::from_array(mesh.positions[v as usize]).as_dvec3();
+    mesh.edges().map(|[a, b]| at(a).distance(at(b))).sum::<f64>() / (3 * mesh.triangles.len()).max(1) as f64
+}
+
 /// Moves vertices that stand on other vertices into their own body; returns how many.
 fn part_lips(mesh: &mut Mesh) -> usize {
     let Some((low, high)) = mesh.bounds() else { return 0 };
     let gap = (LIP_GAP * (high - low).length()) as f32;
-    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    let key = |v: &u32| mesh.positions[*v as usize].map(|x| (x + 0.0).to_bits());
-    order.sort_by_key(key);
-    let shared: Vec<u32> = order.chunk_by(|a, b| key(a) == key(b)).filter(|run| run.len() > 1).flatten().copied().collect();
+    let order = standing_together(mesh, 0..mesh.positions.len() as u32);
+    let runs = order.chunk_by(|a, b| place(mesh, *a) == place(mesh, *b));
+    let shared: Vec<u32> = runs.filter(|run| run.len() > 1).flatten().copied().collect();
     let mut normals = Mesh::new(std::mem::take(&mut mesh.positions), mesh.triangles.clone());
     normals.compute_normals();
     mesh.positions = normals.positions;

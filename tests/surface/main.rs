@@ -1,0 +1,9 @@
+//! The surface as a whole: topology against the node oracle, cuts, accuracy on a sphere, clusters, time.
+
+#[path = "../../examples/validate/surface/clay.rs"]
+mod clay;
+mod cuts;
+mod fields;
+mod lips;
+mod sphere;
+mod whole;
