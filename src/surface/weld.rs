@@ -30,8 +30,8 @@ const PILLOW_FILL_MAX: f64 = 1e-6;
 /// Volume over area of a crumb, in its mean edge length, at most: 0.14 for the octahedron around one node, 0.22 for a row of nodes, 0.4 for
 /// two nodes each way.
 const CRUMB_THICKNESS_MAX: f64 = 0.3;
-/// Volume of a crumb, in cubes of its mean edge length, at most: a row of some 20 nodes.
-const CRUMB_VOLUME_MAX: f64 = 8.0;
+/// Volume of a crumb over that of the whole mesh, at most.
+const CRUMB_VOLUME_MAX: f64 = 1e-3;
 /// Share of a crumb's vertices that stand on those of other bodies, at least: free surface and blunt edges are its own.
 const CRUMB_WEDGED_MIN: f64 = 0.3;
 /// Distance by which coincident lips are parted, over the mesh's diagonal: 1 um in 100 mm, 100 times the rounding of f32.
@@ -176,13 +176,14 @@ pub fn drop_pillows(mesh: &Mesh) -> (Mesh, Repairs) {
     let bodies = mesh.components();
     let mut is_kept = vec![true; count];
     let wedged = wedged_bodies(mesh, &labels, count);
+    let volume_max = CRUMB_VOLUME_MAX * mesh.volume().abs();
     for ((kept, body), is_wedged) in is_kept.iter_mut().zip(&bodies).zip(wedged) {
         let (volume, area) = (body.volume().abs(), body.area());
         if volume <= PILLOW_FILL_MAX * area.powf(1.5) {
             *kept = false;
             repairs.pillows += 1;
             repairs.pillow_volume += volume;
-        } else if is_wedged && is_crumb(body, volume, area) {
+        } else if is_wedged && volume <= volume_max && volume <= CRUMB_THICKNESS_MAX * area * mean_edge(body) {
             *kept = false;
             repairs.crumbs += 1;
             repairs.crumb_volume += volume;
@@ -209,11 +210,6 @@ fn wedged_bodies(mesh: &Mesh, labels: &[u32], count: usize) -> Vec<bool> {
         }
     }
     shares.into_iter().map(|(wedged, all)| wedged >= CRUMB_WEDGED_MIN * all).collect()
-}
-
-fn is_crumb(body: &Mesh, volume: f64, area: f64) -> bool {
-    let edge = mean_edge(body);
-    volume <= CRUMB_THICKNESS_MAX * area * edge && volume <= CRUMB_VOLUME_MAX * edge.powi(3)
 }
 
 /// Vertices sorted by place, so that those at one place stand together.

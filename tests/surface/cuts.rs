@@ -1,10 +1,11 @@
 //! Cuts of no width: how many bodies, and of what kind.
+#![expect(clippy::print_stdout, reason = "what fails")]
 
 use crate::clay::{CutCube, Random, affine};
 use bevy_clay::surface::extract::{extract, extract_by};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::labels::{CutMethod, Rules};
-use bevy_clay::surface::weld::separate;
+use bevy_clay::surface::weld::print_ready;
 use glam::DMat3;
 
 type Kind = fn(usize, &mut Random) -> CutCube;
@@ -94,6 +95,6 @@ fn empty_nodes_do_not_bridge_a_cut() {
     }
     let field = Field::from_nodes([6, 5, 5], &total, [(&front[..], &back[..])]);
     let rules = Rules::new(CutMethod::TwoSided);
-    let bodies = |rules: Rules| separate(&extract_by(&field, 0.5, &rules, false)).component_labels().1;
+    let bodies = |rules: Rules| print_ready(&extract_by(&field, 0.5, &rules, false)).0.component_labels().1;
     assert_eq!([bodies(rules), bodies(Rules { empty_nodes_join: true, ..rules })], [2, 1]);
 }

@@ -1,4 +1,5 @@
 //! Where the lips of a cut are, and how they meet.
+#![expect(clippy::print_stdout, reason = "figures")]
 
 use crate::clay::{CELL, CUBE_CENTRE, Random, domain, lattice, source};
 use bevy_clay::surface::extract::{extract, extract_by};

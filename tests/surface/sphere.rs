@@ -140,6 +140,6 @@ fn bodies_have_hardly_any_grains() {
         let grains: f64 = all.grains.iter().map(|g| 4.0 / 3.0 * std::f64::consts::PI * f64::from(g.radius).powi(3)).sum();
         let error = (all.mesh.volume() + grains) / particles - 1.0;
         println!("{name}: {} grains of {} particles, volume {:.2} %", all.grains.len(), s.particles.len(), 100.0 * error);
-        assert!(error.abs() <= 0.01 && all.grains.len() * 100 < s.particles.len(), "{name}: {error}");
+        assert!(error.abs() <= 0.01 && all.grains.len() * 50 < s.particles.len(), "{name}: {error}");
     }
 }
