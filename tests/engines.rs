@@ -42,6 +42,16 @@ fn kept_cut_agrees() {
 }
 
 #[test]
+fn crossed_cuts_agree() {
+    assert_all(common::crossed_cuts());
+}
+
+#[test]
+fn cut_through_cuts_agrees() {
+    assert_all(common::recut());
+}
+
+#[test]
 fn laws_agree() {
     assert_all(common::laws());
 }

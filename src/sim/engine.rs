@@ -136,6 +136,9 @@ pub struct ToolReport {
     pub contacts: u64,
     /// Particles that took a side of the blade.
     pub tagged: u64,
+    /// Those among them that stood at two other cuts already and gave up the older one: there that cut has grown together.
+    #[serde(default)]
+    pub displaced: u64,
     /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
     pub pushed_back: u64,
     /// Greatest depth of such a particle behind the blade [cells].

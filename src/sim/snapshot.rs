@@ -43,8 +43,15 @@ impl Side {
 pub struct Tag {
     /// The sheet's id; 0 with side 0 is no cut.
     pub sheet: u8,
-    /// +1 in front, -1 behind, 0 none.
+    /// Positive in front, negative behind, 0 none. Its magnitude counts from 1 how far the two sides have grown together.
     pub side: i8,
+}
+
+impl Tag {
+    /// +1 in front, -1 behind, 0 none.
+    pub fn sign(self) -> i8 {
+        self.side.signum()
+    }
 }
 
 /// One particle, as stored between frames. f32, 116 bytes, no padding.

@@ -103,6 +103,9 @@ impl<'a> Encoding<'a> {
             if blades {
                 passes.push((Id::Tags, v));
             }
+            if cuts {
+                passes.extend([(Id::Classes, v), (Id::SortClasses, v)]);
+            }
             passes.push((Id::P2g, v));
             if separating {
                 passes.push((Id::Touching, v));

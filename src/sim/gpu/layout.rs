@@ -26,6 +26,8 @@ pub(super) mod flag {
     pub(in super::super) const OVERFLOW: u32 = 1 << 3;
     /// More blocks than there is room for.
     pub(in super::super) const CAPACITY: u32 = 1 << 4;
+    /// More classes of clay about a cut's block than there is room for.
+    pub(in super::super) const CROWDED: u32 = 1 << 5;
 }
 
 /// `Params` of prelude.wgsl.
@@ -70,6 +72,8 @@ pub(super) struct Params {
     pub averaging_last: f32,
     pub averaging_last_at: u32,
     pub adhesion: f32,
+    pub blades: u32,
+    pub spare: [u32; 3],
 }
 
 /// What a frame's parameters are made of.
@@ -153,6 +157,8 @@ impl Params {
             // Of an earlier submission it wraps to where no substep is.
             averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
             adhesion: ((m.shear_strength() * dt * dt / (plan.inertial_density() * dx * dx)) as f32).min(YIELD_NORM_MAX),
+            blades: plan.tools.iter().enumerate().map(|(i, t)| u32::from(t.tool.shape.is_blade()) << i).sum(),
+            spare: [0; 3],
         }
     }
 }
@@ -243,7 +249,7 @@ pub(super) struct ToolCount {
     pub tagged: u32,
     pub pushed_back: u32,
     pub depth: f32,
-    pub spare: u32,
+    pub displaced: u32,
 }
 
 /// `Status` of prelude.wgsl.
@@ -258,6 +264,7 @@ pub(super) struct Status {
     pub substep: u32,
     pub node_mass: u32,
     pub reach_met: u32,
+    pub crowded: u32,
     pub tools: [ToolCount; TOOLS_MAX as usize],
 }
 

@@ -14,6 +14,7 @@
 
 mod averaging;
 mod contact;
+mod division;
 mod grid;
 mod kernel;
 mod law;

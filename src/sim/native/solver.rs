@@ -15,7 +15,7 @@ use super::passes::{self, ParticleStep};
 use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
-use super::tags::TagReport;
+use super::tags::{TagReport, Tagged};
 use super::touching::Touching;
 use glam::DVec3;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ pub(super) struct Solver {
 #[derive(Default)]
 struct Tally {
     grid: GridReport,
-    tags: Vec<(u64, u64, f64)>,
+    tags: Vec<Tagged>,
     speed_max: f32,
     clamped: u64,
     timings: Timings,
@@ -80,7 +80,7 @@ impl Tally {
         for report in reports {
             self.tags.resize(report.tools.len(), Default::default());
             for (sum, t) in self.tags.iter_mut().zip(&report.tools) {
-                *sum = (sum.0 + t.0, sum.1 + t.1, sum.2.max(t.2));
+                sum.add(t);
             }
         }
         reports.iter().map(|r| r.moved_max).fold(0.0, f32::max)
@@ -97,7 +97,7 @@ impl Solver {
     /// A solver for particles that are finite and inside the domain's room.
     pub(super) fn new(domain: Domain, material: ClayMaterial, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
         let state = State::new(&domain, particles);
-        let tiles = Tiles { table: state.table.clone(), untagged: vec![], side_slot: vec![], sides: vec![] };
+        let tiles = Tiles::new(state.table.clone());
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
         Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, sums, quarantined, start, fma: kernel::has_fma() }
@@ -347,10 +347,10 @@ fn tool_reports(plan: &FramePlan, tally: &Tally, unit: f64, cell_width: f64, dur
     let per_time = if duration > 0.0 { 1.0 / duration } else { 0.0 };
     let report = |(i, path): (usize, &super::super::tool::ToolPath)| {
         let (impulse, angular, contacts) = tally.grid.tools.get(i).copied().unwrap_or((DVec3::ZERO, DVec3::ZERO, 0));
-        let (tagged, pushed_back, depth_max) = tally.tags.get(i).copied().unwrap_or_default();
+        let Tagged { taken: tagged, displaced, pushed_back, depth_max } = tally.tags.get(i).copied().unwrap_or_default();
         let (impulse, angular_impulse) = (impulse * unit, angular * unit * cell_width);
         let (force, torque) = (impulse * per_time, angular_impulse * per_time);
-        ToolReport { id: path.id, impulse, angular_impulse, force, torque, contacts, tagged, pushed_back, depth_max }
+        ToolReport { id: path.id, impulse, angular_impulse, force, torque, contacts, tagged, displaced, pushed_back, depth_max }
     };
     plan.tools.iter().enumerate().map(report).collect()
 }
