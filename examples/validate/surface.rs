@@ -74,7 +74,7 @@ pub(crate) fn sphere(size: Size) -> Vec<Row> {
 }
 
 /// Particles of a lattice of half a cell, each moved by up to `jitter` of that along each axis, inside the ball.
-fn ball(centre: DVec3, radius: f64, jitter: f64) -> Vec<SurfaceParticle> {
+pub(crate) fn ball(centre: DVec3, radius: f64, jitter: f64) -> Vec<SurfaceParticle> {
     let mut random = Random::new(3);
     let n = 4 * (radius as i32 + 2);
     let low = centre.floor() - f64::from(n) / 4.0;
