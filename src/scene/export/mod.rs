@@ -105,7 +105,7 @@ pub struct ExportOptions {
     pub bodies: BodyFiles,
     /// Least volume of a body [m^3], its cavities taken off; what is smaller is left out and reported.
     pub volume_min: f64,
-    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst vertex moved 1.1 to 1.6 times as far);
+    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst vertex moved 1.2 to 1.9 times as far);
     /// `None` for every triangle.
     pub simplify: Option<f64>,
 }

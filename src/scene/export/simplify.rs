@@ -18,10 +18,11 @@ use std::collections::{BTreeSet, BinaryHeap};
 pub const VOLUME_CHANGE_MAX: f64 = 1e-3;
 /// Least cosine between a triangle's normals before and after a collapse: 60 degrees, so that two collapses do not turn it over.
 const TURN_COSINE: f64 = 0.5;
-/// Least area of a triangle over that of an equilateral one of the same sum of squared edges, unless it was worse before.
-const SHAPE_MIN: f64 = 0.1;
+/// Least area of a triangle over that of an equilateral one of the same sum of squared edges, unless it was worse before. With 0.1 the thin triangles of
+/// marching cubes lock each other: 11 % of a ball's triangles are left where 2 % will do.
+const SHAPE_MIN: f64 = 0.02;
 /// Weight of the distance from the edge's middle, over that of one plane: settles what flat and straight parts leave open.
-const MIDDLE_WEIGHT: f64 = 1e-3;
+const MIDDLE_WEIGHT: f64 = 0.1;
 
 /// Simplifies a closed body so that no vertex is farther than `error` [m], root mean square, from the planes of the triangles it stands for,
 /// and checks the result: a closed manifold of as many shells and handles, its volume changed by less than [`VOLUME_CHANGE_MAX`], no two vertices in one place.
@@ -264,6 +265,8 @@ fn simplify(mesh: &Mesh, error: f64) -> Mesh {
             heap.push(Reverse(candidate));
         }
     };
+    // Edges that may not collapse as things stand around them.
+    let mut refused = BTreeSet::new();
     for edge in mesh.edges().filter(|[a, b]| a < b) {
         push(&mut heap, work.candidate(edge));
     }
@@ -277,11 +280,19 @@ fn simplify(mesh: &Mesh, error: f64) -> Mesh {
             push(&mut heap, Some(candidate));
             continue;
         }
-        if work.is_allowed(&candidate) {
-            work.collapse(&candidate);
-            let u = candidate.edge[0];
-            for w in work.neighbours(u) {
-                push(&mut heap, work.candidate([u.min(w), u.max(w)]));
+        if !work.is_allowed(&candidate) {
+            refused.insert(candidate.edge);
+            continue;
+        }
+        work.collapse(&candidate);
+        let u = candidate.edge[0];
+        for w in work.neighbours(u) {
+            push(&mut heap, work.candidate([u.min(w), u.max(w)]));
+            for x in work.neighbours(w).into_iter().filter(|x| *x != u) {
+                let edge = [w.min(x), w.max(x)];
+                if refused.remove(&edge) {
+                    push(&mut heap, work.candidate(edge));
+                }
             }
         }
     }
@@ -317,10 +328,11 @@ mod tests {
         surface(|p| 4.2 - (p.truncate().length() - 11.0).hypot(p.z))
     }
 
+    /// Measured: 35.5, 7.0 and 2.2 % of the triangles are left, where a sphere's curvature would have 2.1 % at the coarsest.
     #[test]
     fn ball_loses_triangles_but_neither_volume_nor_shape() {
         let mesh = ball();
-        for (error, part) in [(0.02, 0.5), (0.1, 0.2), (0.3, 0.08)] {
+        for (error, part) in [(0.02, 0.4), (0.1, 0.1), (0.3, 0.03)] {
             let simpler = simplify_checked(&mesh, error).expect("sound");
             let off = |p: &[f32; 3]| (f64::from(Vec3::from_array(*p).length()) - 14.3).abs();
             let worst = simpler.positions.iter().map(off).fold(0.0, f64::max);
