@@ -1,8 +1,10 @@
 //! Shells to bodies: a shell that faces inwards is the wall of a cavity and belongs to the body around it.
 
+use crate::scene::import::ImportedMesh;
+use crate::scene::winding::WindingTree;
 use crate::surface::mesh::Mesh;
 use glam::DVec3;
-use std::f64::consts::TAU;
+use std::cell::OnceCell;
 
 /// A piece of clay on its own.
 #[derive(Clone, Debug)]
@@ -25,12 +27,15 @@ pub fn bodies_of(mesh: &Mesh) -> Vec<Body> {
     // The smallest first: the first that a cavity is in is the one around it.
     outer.sort_by(|&a, &b| volumes[a].total_cmp(&volumes[b]));
     let mut cavities_of = vec![Vec::new(); shells.len()];
+    let trees = vec![OnceCell::new(); shells.len()];
     let mut bodies = Vec::new();
     for cavity in (0..shells.len()).filter(|&i| volumes[i] < 0.0) {
         let (low, high) = bounds[cavity];
         let is_around = |&&shell: &&usize| {
             let (l, h) = bounds[shell];
-            l.cmple(low).all() && h.cmpge(high).all() && is_inside(&shells[cavity], &shells[shell])
+            l.cmple(low).all()
+                && h.cmpge(high).all()
+                && is_inside(&shells[cavity], trees[shell].get_or_init(|| tree_of(&shells[shell])))
         };
         match outer.iter().find(is_around) {
             Some(&shell) => cavities_of[shell].push(cavity),
@@ -67,22 +72,16 @@ fn append(mesh: &mut Mesh, other: &Mesh) {
     }
 }
 
-/// Whether `inner` is inside the closed surface `outer`: by the mean winding number of three of its vertices, so that one that all but
-/// touches it does not decide alone.
-fn is_inside(inner: &Mesh, outer: &Mesh) -> bool {
-    let count = inner.positions.len();
-    let points = [0, count / 3, 2 * count / 3].map(|i| DVec3::from_array(inner.positions[i].map(f64::from)));
-    points.iter().map(|p| winding_number(outer, *p)).sum::<f64>() > 1.5
+/// A shell prepared for the question what is in it.
+fn tree_of(shell: &Mesh) -> WindingTree {
+    let positions = shell.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    WindingTree::new(&ImportedMesh { positions, triangles: shell.triangles.clone() })
 }
 
-/// How many times a mesh encloses a point: the sum of the solid angles of its triangles over 4 pi, exactly.
-fn winding_number(mesh: &Mesh, point: DVec3) -> f64 {
-    let half_angle = |&t: &[u32; 3]| {
-        let [a, b, c] = mesh.corners(t).map(|p| p - point);
-        let [la, lb, lc] = [a, b, c].map(DVec3::length);
-        // Van Oosterom and Strackee 1983.
-        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        a.dot(b.cross(c)).atan2(below)
-    };
-    mesh.triangles.iter().map(half_angle).sum::<f64>() / TAU
+/// Whether `inner` is inside a closed shell: by the mean winding number of three of its vertices, so that one that all but touches the shell
+/// does not decide alone.
+fn is_inside(inner: &Mesh, tree: &WindingTree) -> bool {
+    let count = inner.positions.len();
+    let points = [0, count / 3, 2 * count / 3].map(|i| DVec3::from_array(inner.positions[i].map(f64::from)));
+    points.iter().map(|p| tree.at(*p)).sum::<f64>() > 1.5
 }

@@ -3,6 +3,7 @@
 use super::super::{ImportedMesh, MeshFormat};
 use super::*;
 use crate::scene::solid::tests::icosphere;
+use proptest::prelude::*;
 use serde_json::{Value, json};
 
 /// The text of a mesh's scene and its numbers: f32 positions, then u32 indices.
@@ -230,4 +231,42 @@ fn damaged_containers_are_refused() {
     assert!(change(16, b'X').contains("no chunk of JSON"));
     let text = ImportedMesh::from_bytes(b"{\n\"asset\": 3\n}", MeshFormat::Gltf, "a.gltf").expect_err("damaged").to_string();
     assert!(text.starts_with("a.gltf:2: "), "{text}");
+}
+
+/// Every place in a JSON text, as pointers.
+fn places(value: &Value, at: &str, all: &mut Vec<String>) {
+    all.push(at.to_string());
+    match value {
+        Value::Object(map) => map.iter().for_each(|(name, value)| places(value, &format!("{at}/{name}"), all)),
+        Value::Array(list) => list.iter().enumerate().for_each(|(i, value)| places(value, &format!("{at}/{i}"), all)),
+        _ => {}
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Sound JSON with values that do not fit, up to three at a time, gives a mesh or an error of one line.
+    #[test]
+    fn unfit_values_never_panic(changes in proptest::collection::vec((any::<prop::sample::Index>(), 0usize..20), 1..4)) {
+        let (mut root, numbers) = scene_of(&tetrahedron());
+        root["bufferViews"][0]["byteStride"] = json!(12);
+        root["accessors"][0]["byteOffset"] = json!(0);
+        root["accessors"][0]["normalized"] = json!(false);
+        root["nodes"][0] = json!({"mesh": 0, "matrix": DMat4::IDENTITY.to_cols_array(), "children": [1]});
+        root["nodes"].as_array_mut().expect("nodes").push(json!({"mesh": 0, "translation": [5, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}));
+        let values = json!([
+            null, true, -1, 0, 1, 2, 3, 7, 0.5, 1e300, u64::MAX, u32::MAX, 5120, 5121, 5123, 5125, "VEC4", "", [], {},
+        ]);
+        for (place, value) in changes {
+            let mut all = vec![];
+            places(&root, "", &mut all);
+            if let Some(target) = root.pointer_mut(place.get(&all).as_str()) {
+                *target = values[value].clone();
+            }
+        }
+        if let Err(error) = load(&root, &numbers) {
+            prop_assert!(error.starts_with("a.glb:") && !error.contains('\n'), "{error}");
+        }
+    }
 }
