@@ -84,6 +84,7 @@ pub mod native;
 pub mod oracle;
 pub mod params;
 pub mod plan;
+pub mod sheets;
 pub mod snapshot;
 mod sums;
 pub mod tool;
@@ -97,10 +98,11 @@ pub mod prelude {
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
-    pub use super::material::{ClayLaw, ClayMaterial, Preset};
+    pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::plan::{InertiaScaling, StepLimits};
+    pub use super::sheets::Sheets;
     pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 }

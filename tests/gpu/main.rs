@@ -68,6 +68,7 @@ fn main() {
         cases("kept_cut_agrees", common::kept_cut),
         cases("crossed_cuts_agree", common::crossed_cuts),
         cases("cut_through_cuts_agrees", common::recut),
+        cases("welding_agrees", common::welding),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),

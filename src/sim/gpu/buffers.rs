@@ -229,6 +229,7 @@ impl Buffers {
             | Id::P2g
             | Id::Touching
             | Id::G2p
+            | Id::Weld
             | Id::Store
             | Id::Total => groups(self.particle_count),
         }

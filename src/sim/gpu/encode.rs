@@ -126,7 +126,11 @@ impl<'a> Encoding<'a> {
             }
         }
         if part.ends {
-            self.pass(encoder, Some(Stretch::Report), &[(Id::Store, v), (Id::Total, v), (Id::Mass, v)]);
+            let mut passes = vec![(Id::Store, v), (Id::Total, v), (Id::Mass, v)];
+            if cuts && self.work.params.weld_step > 0 {
+                passes.insert(0, (Id::Weld, v));
+            }
+            self.pass(encoder, Some(Stretch::Report), &passes);
         }
     }
 

@@ -1,5 +1,6 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
+use super::super::cut::{MEETING_SHARE, WELD_PARTS};
 use super::super::params::WALL_TOUCH;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
@@ -50,6 +51,7 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("OVERFLOW", flag::OVERFLOW),
         ("CAPACITY", flag::CAPACITY),
         ("CROWDED", flag::CROWDED),
+        ("WELD_PARTS", WELD_PARTS as u32),
         ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
     ];
     for (name, value) in unsigned {
@@ -60,6 +62,7 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("BAND", BAND),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
+        ("MEETING_SHARE", MEETING_SHARE),
         ("TOUCH_FADE", TOUCH_FADE),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
         ("TOUCH_SHARE", TOUCH_SHARE),
@@ -221,6 +224,8 @@ mod tests {
                 averaging_last_at,
                 adhesion,
                 blades,
+                weld_stress,
+                weld_step,
             ]
         );
         twin!(
@@ -250,7 +255,7 @@ mod tests {
             &grid,
             Status,
             "Status",
-            [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, crowded, tools]
+            [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, crowded, welded, sheets, tools]
         );
         twin!(&text("total"), Total, "Total", [momentum, momentum_size, angular, kinetic, strain, mass, ratio, reach, spare,]);
     }

@@ -220,6 +220,15 @@ impl Grid {
         cut.and_then(of_class).unwrap_or(&self.nodes[slot])
     }
 
+    /// Mass at a node, as the particles brought it, of the clay on one side of a sheet.
+    pub(super) fn mass_on(&self, table: &Table, node: IVec3, sheet: u8, side: i8) -> f64 {
+        let block = node.div_euclid(IVec3::splat(4));
+        let Some(slot) = table.slot(block).and_then(|s| self.cut_slot.get(s)?.checked_sub(1)) else { return 0.0 };
+        let (cut, at) = (&self.cuts[slot as usize], node - block * 4);
+        let classes = cut.keys.iter().zip(&cut.nodes).filter(|(key, _)| key.side(sheet) == side);
+        classes.map(|(_, nodes)| f64::from(nodes[local(at.x, at.y, at.z)].0[3])).sum()
+    }
+
     /// Sum of node masses.
     pub(super) fn mass(&self) -> f64 {
         let mass = |nodes: &Nodes| nodes.iter().map(|n| f64::from(n.0[3])).sum::<f64>();

@@ -26,6 +26,7 @@ mod state;
 mod stats;
 mod tags;
 mod touching;
+mod weld;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};

@@ -17,6 +17,7 @@ use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
 use super::tags::{TagReport, Tagged};
 use super::touching::Touching;
+use super::weld;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,6 +60,8 @@ struct Tally {
     tags: Vec<Tagged>,
     speed_max: f32,
     clamped: u64,
+    /// Tags of sides that grew together.
+    welded: u64,
     timings: Timings,
 }
 
@@ -171,6 +174,7 @@ impl Solver {
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
+                self.grow_together(&step, plan, dt, &mut tally);
             }
         }
         Ok(tally)
@@ -247,6 +251,15 @@ impl Solver {
         self.travel += speed;
         tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
         tally.timings.particles += began.elapsed().as_secs_f64();
+    }
+
+    /// Lets the sides of cuts that are pressed on each other grow together.
+    fn grow_together(&mut self, step: &Step, plan: &FramePlan, dt: f64, tally: &mut Tally) {
+        let stress_unit = plan.inertial_density() * (self.domain.cell_width / dt).powi(2) / 4.0;
+        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, stress_unit);
+        if tally.welded > 0 {
+            self.sort(tally);
+        }
     }
 
     fn near_blades(&self, tools: &[ToolNow]) -> Vec<bool> {
@@ -333,6 +346,8 @@ impl Solver {
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
+        report.welded = tally.welded;
+        report.sheets = self.state.sheets();
         report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
         report.health = health;
         judge(&mut report, &self.quarantined);

@@ -3,7 +3,7 @@
 //! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched where a frame starts or
 //! ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`] cells from its cell before it is sorted anew.
 
-use super::super::cut::CutKey;
+use super::super::cut::{CutKey, SheetSet};
 use super::super::params::{BLOCK, Domain};
 use super::super::snapshot::{Particle, Tag};
 use super::law::Sym8;
@@ -216,6 +216,11 @@ impl State {
         let mut state = Self { hot, cold, runs: vec![], blocks: vec![], table: Arc::new(Table { extent, slots }), spare: None };
         state.sort();
         state
+    }
+
+    /// The sheets that particles have a side of.
+    pub(super) fn sheets(&self) -> SheetSet {
+        self.runs.iter().flat_map(|run| &run.tagged).flat_map(|(key, _)| key.sides()).map(|side| side.0).collect()
     }
 
     /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on nothing else, so runs repeat.

@@ -12,6 +12,7 @@
 //! | `contact`   | side against side, clay against tools                                    | Coulomb                              |
 //! | `g2p`       | nodes to particles, advection                                            | APIC                                 |
 //! | `law`       | Hencky elasticity, von Mises return                                      | Eq. 5 scales the yield stress        |
+//! | `weld`      | cuts grow together, once a frame                                         | -                                    |
 //! | `report`    | momentum, energy and volume                                              | -                                    |
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
@@ -31,6 +32,7 @@ pub mod substep;
 mod tags;
 mod tools;
 mod walls;
+mod weld;
 
 pub use particle::Particle;
 
@@ -75,7 +77,10 @@ impl Oracle {
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
         let mut frame = report::begin(&self.particles, plan);
         for step in 0..plan.steps {
-            substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
+            let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
+            if step + 1 == plan.steps {
+                weld::grow_together(&mut self.particles, &grid, plan, &mut frame);
+            }
         }
         self.time += plan.duration();
         self.material = plan.material;

@@ -27,7 +27,7 @@ fn bands(node: IVec3, around: &Surroundings) -> Vec<Division> {
     let band = |(tool, moving): (usize, &super::tools::MovingTool)| {
         let distance = moving.blade?.distance_within_band(world)? / around.domain.cell_width;
         let owner = if distance < 0.0 { -1 } else { 1 };
-        Some(Division { sheet: moving.path.sheet(), owner, band: Some(Band { tool, distance }) })
+        Some(Division { sheet: moving.path.sheet_id(), owner, band: Some(Band { tool, distance }) })
     };
     around.tools.iter().enumerate().filter_map(band).collect()
 }

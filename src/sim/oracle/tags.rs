@@ -16,7 +16,7 @@ const PUT_BACK_DISTANCE: f64 = 1e-3;
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
     for (tool, seen) in around.tools.iter().zip(&mut frame.tools) {
         let Some(blade) = tool.blade else { continue };
-        let sheet = tool.path.sheet();
+        let sheet = tool.path.sheet_id();
         for particle in particles.iter_mut() {
             let point = around.domain.to_world(particle.position);
             let near = blade.near(point - particle.velocity * around.plan.dt, point);
@@ -58,7 +58,7 @@ mod tests {
             material: ClayMaterial::default(),
             density_scale: 1.0,
             gravity: DVec3::ZERO,
-            tools: vec![ToolPath { id: 1, tool, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
+            tools: vec![ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
             volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),

@@ -10,6 +10,10 @@ fn begin() {
     atomicStore(&status.node_mass, 0u);
     atomicStore(&status.reach_met, 0u);
     atomicStore(&status.crowded, 0u);
+    atomicStore(&status.welded, 0u);
+    for (var i = 0u; i < 8u; i++) {
+        atomicStore(&status.sheets[i], 0u);
+    }
     for (var i = 0u; i < TOOLS_MAX; i++) {
         atomicStore(&status.tools[i].tagged, 0u);
         atomicStore(&status.tools[i].pushed_back, 0u);

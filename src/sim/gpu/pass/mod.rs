@@ -53,6 +53,7 @@ passes! {
     Grid = "grid", false, [TABLE, CUTS, TOOL, TOUCH, CONTACT, FOLD];
     G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
+    Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL];
     Store = "store", false, [STATE, LAW];
     Total = "total", false, [STATE, LAW];
     Mass = "mass", false, [];
