@@ -14,11 +14,13 @@
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
+//! | [`export`]  | surface, snapshot       | bodies in STL, PLY, OBJ, 3MF, GLB; particles in PLY        |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
 pub mod clay;
 pub mod error;
+pub mod export;
 pub mod file;
 pub mod fill;
 pub mod import;
@@ -26,8 +28,6 @@ pub mod resample;
 pub mod solid;
 pub mod track;
 pub mod winding;
-
-pub mod export;
 
 /// What most programs need.
 pub mod prelude {

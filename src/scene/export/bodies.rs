@@ -23,13 +23,13 @@ pub fn bodies_of(mesh: &Mesh) -> Vec<Body> {
     let shells = mesh.components();
     let volumes: Vec<f64> = shells.iter().map(Mesh::volume).collect();
     let bounds: Vec<_> = shells.iter().map(|s| s.bounds().unwrap_or_default()).collect();
-    let mut outer: Vec<usize> = (0..shells.len()).filter(|&i| volumes[i] >= 0.0).collect();
+    let (inner, mut outer): (Vec<usize>, Vec<usize>) = (0..shells.len()).partition(|&i| volumes[i] < 0.0);
     // The smallest first: the first that a cavity is in is the one around it.
     outer.sort_by(|&a, &b| volumes[a].total_cmp(&volumes[b]));
     let mut cavities_of = vec![Vec::new(); shells.len()];
     let trees = vec![OnceCell::new(); shells.len()];
     let mut bodies = Vec::new();
-    for cavity in (0..shells.len()).filter(|&i| volumes[i] < 0.0) {
+    for cavity in inner {
         let (low, high) = bounds[cavity];
         let is_around = |&&shell: &&usize| {
             let (l, h) = bounds[shell];

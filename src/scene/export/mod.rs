@@ -106,7 +106,7 @@ pub struct ExportOptions {
     /// Least volume of a body [m^3], its cavities taken off; what is smaller is left out and reported.
     pub volume_min: f64,
     /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst vertex moved 1.2 to 1.9 times as far);
-    /// `None` for every triangle.
+    /// bodies that touch along a cut may then overlap by as much. `None` for every triangle.
     pub simplify: Option<f64>,
 }
 

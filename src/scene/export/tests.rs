@@ -297,6 +297,27 @@ fn cavities_belong_to_the_body_around_them() {
     assert!((read_back(&path).volume() / (outer + inner) - 1.0).abs() < 1e-3);
 }
 
+/// A hollow ball as it is extracted: one body, whose inner wall faces the hollow, in every format.
+#[test]
+fn hollow_ball_stays_hollow() {
+    let radius = |i: i32| (glam::IVec3::new(i % 13, i / 13 % 13, i / 169) - 6).as_vec3().length();
+    let nodes: Vec<f32> = (0..2197).map(|i| 1.3 - (radius(i) - 3.7).abs()).collect();
+    let mesh = extract_field(&Field::from_nodes([13; 3], &nodes, None), 0.0);
+    let shells: Vec<f64> = mesh.components().iter().map(Mesh::volume).collect();
+    assert!(shells.len() == 2 && shells[0] * shells[1] < 0.0, "{shells:?}");
+    let dir = directory();
+    for name in ["hollow.stl", "hollow.ply", "hollow.obj", "hollow.glb"] {
+        let path = dir.path().join(name);
+        let report = write_mesh(&path, &mesh).expect("written");
+        assert_eq!((report.bodies.len(), report.bodies[0].cavities, report.repairs.was_inverted), (1, 1, false));
+        let read = read_back(&path);
+        assert!(MeshCheck::of(&read).is_closed_manifold());
+        let read: Vec<f64> = read.components().iter().map(Mesh::volume).collect();
+        assert!(read[0] > 0.0 && read[1] < 0.0, "{read:?}");
+        assert!(((read[0] + read[1]) / (shells[0] + shells[1]) - 1.0).abs() < 1e-3, "{read:?}");
+    }
+}
+
 /// A shell inside out that is in nothing is no cavity.
 #[test]
 fn body_inside_out_beside_others_is_turned() {
