@@ -51,7 +51,7 @@ fn ball(snapshot: &Snapshot, dt: f64) -> ToolPath {
     let top = DVec3::new(0.5 * (low.x + high.x), high.y, 0.5 * (low.z + high.z));
     let sample = |time: f64| PoseSample { time, pose: Pose { position: top, ..Pose::default() } };
     let tool = Tool { shape: ToolShape::Sphere { radius: (high.x - low.x) / 8.0 }, contact: Contact::default() };
-    ToolPath { id: 1, tool, samples: vec![sample(0.0), sample(1000.0 * dt)] }
+    ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0), sample(1000.0 * dt)] }
 }
 
 fn main() {

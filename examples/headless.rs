@@ -164,10 +164,13 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
     let mut last = FrameReport::default();
     let pictures = args.pictures.unwrap_or(PICTURES).min(frames);
     let mut moments = vec![];
+    let mut sheets = Sheets::new(&built.snapshot);
     for frame in 0..frames {
-        let plan = built.frame_plan(frame, &last);
+        let mut plan = built.frame_plan(frame, &last);
+        sheets.deal(&mut plan);
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
         last = engine.wait().map_err(|e| e.to_string())?;
+        sheets.note(&last);
         run.add(&last, cell_width);
         if last.health.contains(Health::GIVEN_UP) {
             bar.abandon_with_message(format!("stopped: {}", last.health));
@@ -220,11 +223,11 @@ fn finish(
     let mut surface = serde_json::Value::Null;
     if let (Some(name), Some(source)) = (&outputs.surface, engine.surface()) {
         let mesh = extract(&source, &SurfaceSettings::new(outputs.tier));
-        let repairs = write_mesh(&args.out.join(name), &mesh).map_err(|e| e.to_string())?;
+        let written = write_bodies(&args.out.join(name), &mesh, &outputs.export).map_err(|e| e.to_string())?;
         let (mesh, _) = print_ready(&mesh);
         let defects = MeshCheck::of(&mesh);
-        let mut volumes: Vec<f64> = mesh.components().iter().map(|c| c.volume() * 1e6).collect();
-        volumes.sort_by(|a, b| b.total_cmp(a));
+        let volumes: Vec<f64> = written.bodies.iter().map(|b| b.volume * 1e6).collect();
+        let triangles: usize = written.bodies.iter().map(|b| b.triangles).sum();
         let error = mesh.volume() / last.volume - 1.0;
         check(defects.is_closed_manifold(), format!("the surface is not a closed manifold: {defects:?}"));
         let off = format!("the surface encloses {:+.1} % more than the particles' volume", error * 100.0);
@@ -235,9 +238,19 @@ fn finish(
             eprintln!("warning: {off}");
         }
         let sizes = volumes.iter().take(8).map(|v| format!("{v:.3}")).collect::<Vec<_>>().join(", ");
-        println!("surface: {} triangles, {} bodies of {sizes} cm^3", mesh.triangles.len(), volumes.len());
-        surface = serde_json::json!({"file": name, "triangles": mesh.triangles.len(), "bodies_cm3": volumes, "volume_error": error,
-            "closed_manifold": defects.is_closed_manifold(), "pillows_dropped": repairs.pillows});
+        println!("surface: {triangles} triangles, {} bodies of {sizes} cm^3", volumes.len());
+        if written.dropped_bodies > 0 {
+            let (count, volume) = (written.dropped_bodies, written.dropped_volume * 1e6);
+            eprintln!("warning: {count} bodies of {volume:.4} cm^3 together were left out, as `volume_min` asks for");
+        }
+        for reason in written.bodies.iter().filter_map(|b| b.not_simplified.as_ref()) {
+            eprintln!("warning: a body was written without simplification: {reason}");
+        }
+        let file_name = |path: &PathBuf| path.file_name().map(|f| f.to_string_lossy().into_owned());
+        let files: Vec<_> = written.files.iter().filter_map(file_name).collect();
+        surface = serde_json::json!({"files": files, "triangles": triangles, "bodies_cm3": volumes, "volume_error": error,
+            "closed_manifold": defects.is_closed_manifold(), "pillows_dropped": written.repairs.pillows,
+            "bodies_dropped": written.dropped_bodies, "dropped_cm3": written.dropped_volume * 1e6});
     }
     if outputs.particles {
         write_particles(&args.out.join("particles.ply"), &snapshot).map_err(|e| e.to_string())?;

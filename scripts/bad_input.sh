@@ -34,6 +34,16 @@ head -c 100 /dev/zero >"$work/binary.stl"
 printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n' >"$work/cut.ply"
 printf 'ply\nformat sideways 1.0\nend_header\n' >"$work/malformed.ply"
 
+printf 'glTF\002\000\000\000\377\000\000\000' >"$work/cut.glb"
+printf '{"asset": {"version": "2.0"},\n"meshes": 3}' >"$work/malformed.gltf"
+# gltf NAME EXTENSION MODE: a mesh of one primitive.
+gltf() {
+    printf '{"asset": {"version": "2.0"}, "extensionsRequired": [%s], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {}, "mode": %s}]}]}' \
+        "$2" "$3" >"$work/$1.gltf"
+}
+gltf draco '"KHR_draco_mesh_compression"' 4
+gltf points '' 0
+
 # clay NAME TEXT: a clay file, and a scene of it.
 clay() {
     printf '%s\n' "$2" >"$work/$1.clay.ron"
@@ -50,6 +60,12 @@ mesh cut_stl cut.stl && refused cut_stl "cut.stl"
 mesh empty_stl binary.stl && refused empty_stl "binary.stl"
 mesh cut_ply cut.ply && refused cut_ply "cut.ply"
 mesh malformed_ply malformed.ply && refused malformed_ply "malformed.ply"
+mesh cut_glb cut.glb && refused cut_glb "cut.glb.*cut short"
+mesh malformed_gltf malformed.gltf && refused malformed_gltf "malformed.gltf:2:"
+mesh draco draco.gltf && refused draco "draco.gltf.*compressed by KHR_draco"
+mesh points points.gltf && refused points "points.gltf.*points"
+scene surface "($box, cell_width: 0.005, outputs: (surface: \"x.fbx\"))" && refused surface "surface.ron.*x.fbx.*.3mf"
+scene export "($box, cell_width: 0.005, outputs: (export: (simplify: -1)))" && refused export "export.ron.*simplify = -1"
 scene thin "(clay: [Box(size: (0.02, 0.0002, 0.02))], cell_width: 0.01, jitter: 0)" && refused thin "thin.ron"
 scene absurd "($box, cell_width: 0.0000005)" && refused absurd "iB"
 scene modulus "($box, cell_width: 0.002, material: Values(density: 1700, young_modulus: -1, poisson_ratio: 0.4, yield_stress: 8000))" && refused modulus "young_modulus"

@@ -4,6 +4,7 @@ mod common;
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::engine::Validation;
+use bevy_clay::sim::oracle::Oracle;
 use bevy_clay::sim::validation::{AffineDrive, Manufactured};
 use common::{Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};
 use glam::{DMat3, DQuat, DVec3, IVec3};
@@ -39,6 +40,23 @@ fn blades_agree() {
 #[test]
 fn kept_cut_agrees() {
     assert_all(common::kept_cut());
+}
+
+#[test]
+fn crossed_cuts_agree() {
+    assert_all(common::crossed_cuts());
+}
+
+#[test]
+fn cut_through_cuts_agrees() {
+    assert_all(common::recut());
+}
+
+#[test]
+fn welding_agrees() {
+    let welded = common::welding().iter().map(|a| Oracle::new(&a.case.snapshot).run(&a.case.plan).welded).collect::<Vec<_>>();
+    assert!(welded[0] > 1000 && welded[1] == 0 && welded[2] > 1000, "{welded:?}");
+    assert_all(common::welding());
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn world(cells: [f64; 3]) -> DVec3 {
 /// A tool that moves from `from` to `to` [cells] in `duration` [s].
 fn moving(id: u32, shape: ToolShape, contact: Contact, rotation: DQuat, from: [f64; 3], to: [f64; 3], duration: f64) -> ToolPath {
     let sample = |time, at| PoseSample { time, pose: Pose { position: world(at), rotation } };
-    ToolPath { id, tool: Tool { shape, contact }, samples: vec![sample(0.0, from), sample(duration, to)] }
+    ToolPath { id, tool: Tool { shape, contact }, sheet: 0, samples: vec![sample(0.0, from), sample(duration, to)] }
 }
 
 /// A square blade of `half` cells.

@@ -174,7 +174,7 @@ impl Mover {
         let start = self.pose;
         self.pose.position += self.velocity * duration;
         let sample = |time, pose| PoseSample { time, pose };
-        ToolPath { id: self.id, tool: self.tool, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
+        ToolPath { id: self.id, tool: self.tool, sheet: 0, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
     }
 }
 

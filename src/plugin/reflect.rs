@@ -4,7 +4,7 @@
 
 use super::clay::{Clay, ClaySettings, ClayStatus};
 use super::tool::SculptTool;
-use crate::sim::material::{ClayLaw, ClayMaterial};
+use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
 use crate::sim::plan::InertiaScaling;
 use crate::sim::tool::{Contact, Tool, ToolShape};
 use bevy::prelude::*;
@@ -25,6 +25,17 @@ impl_reflect!(
         viscosity: f64,
         flow_index: f64,
         law: ClayLaw,
+        weld: Weld,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::material"]
+    enum Weld {
+        Pressed,
+        Sticky,
+        Off,
     }
 );
 

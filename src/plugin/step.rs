@@ -10,6 +10,7 @@ use crate::sim::health::Health;
 use crate::sim::material::ClayMaterial;
 use crate::sim::params::ParamsError;
 use crate::sim::plan::{InertiaScaling, StepLimits};
+use crate::sim::sheets::Sheets;
 use crate::sim::snapshot::Snapshot;
 use bevy::prelude::*;
 use glam::DVec3;
@@ -38,6 +39,7 @@ pub(super) struct Planner {
     cost: Option<f64>,
     pub(super) given_up: f64,
     ways: Ways,
+    sheets: Sheets,
     /// Kinds of trouble that were logged.
     pub(super) logged: Health,
     /// Why the last plan was not taken.
@@ -47,7 +49,7 @@ pub(super) struct Planner {
 impl Planner {
     pub(super) fn new(snapshot: &Snapshot) -> Self {
         let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
-        Self { cell_width: snapshot.domain.cell_width, speeds: [speed; 2], ..Self::default() }
+        Self { cell_width: snapshot.domain.cell_width, speeds: [speed; 2], sheets: Sheets::new(snapshot), ..Self::default() }
     }
 
     /// Cell width [m].
@@ -95,6 +97,7 @@ impl Planner {
         let limits = StepLimits { speed: self.speeds[slot], inertia, gravity: settings.gravity, ..StepLimits::default() };
         let mut plan = limits.frame(material, self.cell_width, duration, &self.ways.paths(duration, tools));
         plan.id = self.next_id;
+        self.sheets.deal(&mut plan);
         engine.submit(plan)?;
         self.ways.send();
         self.next_id += 1;
@@ -111,6 +114,7 @@ impl Planner {
         // A frame given up says nothing of the speed; the clay stands as before it.
         self.speeds[slot] = if is_given_up { self.speeds[slot].max(speed) } else { speed };
         self.engaged[slot] = report.is_engaged();
+        self.sheets.note(report);
         let duration = report.dt * f64::from(report.steps);
         if duration > 0.0 && report.timings.total > 0.0 {
             self.cost = Some(report.timings.total / duration);

@@ -148,7 +148,12 @@ impl Ways {
     pub(super) fn paths(&self, duration: f64, tools: &[(Entity, SculptTool, Placement)]) -> Vec<ToolPath> {
         let path = |(entity, tool, place): &(Entity, SculptTool, Placement)| {
             let samples = self.next.get(entity)?.samples(duration);
-            Some(ToolPath { id: tool.id, tool: Tool { shape: tool.tool.shape.scaled(place.scale), ..tool.tool }, samples })
+            Some(ToolPath {
+                id: tool.id,
+                tool: Tool { shape: tool.tool.shape.scaled(place.scale), ..tool.tool },
+                sheet: 0,
+                samples,
+            })
         };
         let mut paths: Vec<_> = tools.iter().filter_map(path).collect();
         paths.sort_by_key(|p| p.id);

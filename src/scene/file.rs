@@ -16,6 +16,7 @@
 
 use super::clay;
 use super::error::SceneError;
+use super::export::{ExportFormat, ExportOptions};
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{ParamsError, Wall, Walls};
@@ -65,7 +66,7 @@ pub enum Body {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshBody {
-    /// OBJ, STL or PLY file, from the scene file's folder.
+    /// OBJ, STL, PLY or glTF file (.glb, .gltf), from the scene file's folder.
     pub path: String,
     /// Height along Y after turning [m]; not together with `scale`.
     #[serde(default)]
@@ -115,8 +116,10 @@ pub struct Room {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Outputs {
-    /// File name of the last surface; `None` for no surface.
+    /// File name of the last surface, of a format of [`ExportFormat`]; `None` for no surface.
     pub surface: Option<String>,
+    /// How the surface is written, as in `(bodies: Apart, volume_min: 1e-9, simplify: 5e-5)`.
+    pub export: ExportOptions,
     /// Spacing of the surface's grid.
     pub tier: Tier,
     /// Whether to write the last particles.
@@ -127,7 +130,13 @@ pub struct Outputs {
 
 impl Default for Outputs {
     fn default() -> Self {
-        Self { surface: Some("surface.stl".into()), tier: Tier::Fine, particles: true, metrics: true }
+        Self {
+            surface: Some("surface.stl".into()),
+            export: ExportOptions::default(),
+            tier: Tier::Fine,
+            particles: true,
+            metrics: true,
+        }
     }
 }
 
@@ -320,12 +329,14 @@ impl Scene {
         check_number("frame_time", self.frame_time)?;
         check_number("duration", self.duration)?;
         self.time_step.map_or(Ok(()), |step| check_number("time_step", step))?;
-        match self.outputs.surface.as_deref() {
-            Some(name) if Path::new(name).file_name().is_none_or(|file| file != name) => {
-                Err(ParamsError::new("outputs.surface", name, "must be a file name without folders"))
-            }
-            _ => Ok(()),
+        let Some(name) = self.outputs.surface.as_deref() else { return Ok(()) };
+        if Path::new(name).file_name().is_none_or(|file| file != name) {
+            return Err(ParamsError::new("outputs.surface", name, "must be a file name without folders"));
         }
+        if ExportFormat::from_path(Path::new(name)).is_err() {
+            return Err(ParamsError::new("outputs.surface", name, format!("must end in {}", ExportFormat::KNOWN)));
+        }
+        self.outputs.export.validate()
     }
 }
 

@@ -8,17 +8,19 @@
 //! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
-//! | [`import`]  | OBJ, STL, PLY           | welded triangles                                           |
+//! | [`import`]  | OBJ, STL, PLY, glTF     | welded triangles                                           |
 //! | [`winding`] | triangles               | generalized winding number                                 |
 //! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
+//! | [`export`]  | surface, snapshot       | bodies in STL, PLY, OBJ, 3MF, GLB; particles in PLY        |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
 pub mod clay;
 pub mod error;
+pub mod export;
 pub mod file;
 pub mod fill;
 pub mod import;
@@ -27,14 +29,14 @@ pub mod solid;
 pub mod track;
 pub mod winding;
 
-pub mod export;
-
 /// What most programs need.
 pub mod prelude {
     pub use super::build::BuiltScene;
     pub use super::clay::{ClayFile, FileStamp};
     pub use super::error::SceneError;
-    pub use super::export::{ExportError, write_mesh, write_particles, write_text};
+    pub use super::export::{
+        BodyFiles, ExportError, ExportFormat, ExportOptions, ExportReport, write_bodies, write_mesh, write_particles, write_text,
+    };
     pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};

@@ -119,7 +119,7 @@ impl ToolTrack {
         if to - from <= SAME_TIME {
             return None;
         }
-        let whole = ToolPath { id, tool: self.tool(), samples: self.keyframes.iter().map(Keyframe::sample).collect() };
+        let whole = ToolPath { id, tool: self.tool(), sheet: 0, samples: self.keyframes.iter().map(Keyframe::sample).collect() };
         let within = |s: &&PoseSample| s.time > from + SAME_TIME && s.time < to - SAME_TIME;
         let times = std::iter::once(from).chain(whole.samples.iter().filter(within).map(|s| s.time)).chain(std::iter::once(to));
         let samples = times.map(|time| PoseSample { time: time - start, pose: whole.pose_at(time) }).collect();

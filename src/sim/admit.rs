@@ -31,12 +31,11 @@ pub(super) fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), Pa
         if p.rest_volume <= 0.0 {
             return Err(ParamsError::new("rest_volume", format!("{} (id {})", p.rest_volume, p.id), "must be positive"));
         }
-        // Cell and offset as the sort needs them, and sides that are signs, whoever made the snapshot.
+        // Cell and offset as the sort needs them, whoever made the snapshot.
         let mut p = *p;
         if p.offset.iter().any(|o| !(0.0..=1.0).contains(o)) {
             p.set_grid(x);
         }
-        p.tags.iter_mut().for_each(|t| t.side = t.side.signum());
         moving.push(p);
     }
     Ok((moving, quarantined))

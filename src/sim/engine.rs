@@ -3,6 +3,7 @@
 //! A plan is data, so a run can be recorded and replayed bit for bit. An engine runs plans in the order given; `poll` hands back one
 //! report per plan. `surface` and `save` speak of the state at the end of the frame that the last report was about.
 
+use super::cut::SheetSet;
 use super::gpu::GpuError;
 use super::health::Health;
 use super::material::ClayMaterial;
@@ -107,11 +108,10 @@ impl FramePlan {
                 return Err(ParamsError::new("tool path", format!("tool {}", path.id), "needs rotations of length 1"));
             }
             let is_rival = |p: &&ToolPath| {
-                p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet() == path.sheet())
+                p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet_id() == path.sheet_id())
             };
             if self.tools.iter().filter(is_rival).count() > 1 {
-                let reason =
-                    "must be another than every other tool's, and for blades differ in the low byte, which names the sheet";
+                let reason = "must be another than every other tool's, and each blade needs a sheet of its own (by default the id's low byte)";
                 return Err(ParamsError::new("tool id", path.id, reason));
             }
         }
@@ -136,6 +136,9 @@ pub struct ToolReport {
     pub contacts: u64,
     /// Particles that took a side of the blade.
     pub tagged: u64,
+    /// Those among them that stood at two other cuts already and gave up the older one: there that cut has grown together.
+    #[serde(default)]
+    pub displaced: u64,
     /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
     pub pushed_back: u64,
     /// Greatest depth of such a particle behind the blade [cells].
@@ -217,6 +220,12 @@ pub struct FrameReport {
     pub speed_max: f64,
     /// Particles whose strain was clamped.
     pub clamped: u64,
+    /// The sheets that particles have a side of.
+    #[serde(default)]
+    pub sheets: SheetSet,
+    /// Sides of cuts that grew together with the other side and are gone.
+    #[serde(default)]
+    pub welded: u64,
     /// Each tool of the plan.
     pub tools: Vec<ToolReport>,
     /// Where the time went.

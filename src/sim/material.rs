@@ -33,6 +33,35 @@ pub struct ClayMaterial {
     /// What softens the clay besides.
     #[serde(default)]
     pub law: ClayLaw,
+    /// How the two sides of a cut grow together.
+    #[serde(default)]
+    pub weld: Weld,
+}
+
+/// How the two sides of a kept cut, pressed on each other, grow together to whole clay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Weld {
+    /// Pressed firmly for a while: at more than 0.5 k across the cut, k the shear strength, for 0.3 s.
+    #[default]
+    Pressed,
+    /// Almost at a touch, as wet clay does: at more than 0.05 k for 0.05 s.
+    Sticky,
+    /// Never: what is cut stays cut.
+    Off,
+}
+
+impl Weld {
+    /// Every rule.
+    pub const ALL: [Self; 3] = [Self::Pressed, Self::Sticky, Self::Off];
+
+    /// The compressive stress across the cut [k] and the time [s] that it takes.
+    pub(crate) fn rule(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Pressed => Some((0.5, 0.3)),
+            Self::Sticky => Some((0.05, 0.05)),
+            Self::Off => None,
+        }
+    }
 }
 
 /// What a tool or the working of clay does to it.
@@ -121,6 +150,7 @@ impl Preset {
             viscosity: 0.0,
             flow_index: 1.0,
             law: ClayLaw::Softened,
+            weld: Weld::Pressed,
         };
         match self {
             Self::SoftClay => clay,

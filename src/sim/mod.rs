@@ -20,11 +20,12 @@
 //!    yield (`|d| >= 0.99 y`, 4. below, without the viscous part, tools at their poses of `t`) take `1 - (1 - q)^k` of the difference to their mean `ln J`, weighted by
 //!    rest volume: `b *= exp(2 (change of ln J) / 3)`. k is the number of substeps up to the next averaging or the frame's end.
 //! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle at `x`, come from
-//!    `x - h v`, for which [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side) in slot 0; then a particle with a tag of this sheet that
+//!    `x - h v`, for which [`Near::takes`](tool::Near::takes) names a side gets the tag (sheet, side): in the slot that has the sheet already, else in slot 0, whose tag
+//!    moves to slot 1; what stood there is given up, and counted if it was a side of a third cut. Then a particle with a tag of this sheet that
 //!    [`Near::is_behind`](tool::Near::is_behind) is put back along the normal to `side * 1e-3` cells from the plane, and counted.
 //! 2. `p2g`: Kirchhoff stress `tau = 2 mu H + lambda tr(H) I` with `H = ln(I + E) / 2`; affine impulse per mass
 //!    `A = C - 4 h tau / (rho_s dx^2)` [1/s]; node mass `w m_p` and momentum `w m_p (v + A (x_i - x_p) dx)`, summed apart for
-//!    each class of particles: untagged U, front F (side +1), back B (side -1). The laws as published multiply tau by
+//!    each class of particles: those on the same sides of the same cuts ([`CutKey`](cut::CutKey)). The laws as published multiply tau by
 //!    [`stress_factor_at`](material::ClayMaterial::stress_factor_at) the distance to the nearest tool at its pose of `t`.
 //! 3. `grid`, per node, with the tools at their poses of `t + h`:
 //!    1. **Fold.** Walls fold the ghost node `w - 1` (high walls: `w + 1`) onto its mirror on the other side of the wall node, axis by axis, x
@@ -32,20 +33,22 @@
 //!       A separating wall folds a column of three nodes only while clay reaches its ghost, within half a cell of the wall (more than [`WALL_TOUCH`](params::WALL_TOUCH) of the column's mass), and its reaction, of the classes' totals,
 //!       `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` with `v = (p+ - p-) / (m+ + m-) + g'` is positive: `+` mirror, `0` wall node, `-` ghost, `p`
 //!       the normal momenta away from the wall, `g' = g h (rho / rho_s)` along it; else that column has no wall in this substep.
-//!    2. **Sides.** Within the band of a blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band), first blade that
-//!       answers) the node is split and its owner is the sign of the distance (0 counts as front). Else it is split where
-//!       `m_F + m_B > (m_U + m_F + m_B) / 2` (folded masses here and below), with owner front if `m_F >= m_B`; else it is whole. A split node has
-//!       two fields: *main* = U + owner's class, *other* = the other class; a whole node has one: all three. A folded ghost is divided as its mirror is.
+//!    2. **Sides.** Each sheet divides a node or not, apart from the others. Within the band of its blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band))
+//!       it does, and the node's owner is the sign of the distance (0 counts as front). Else it does where `m_F + m_B > m / 2`, with `m_F` and `m_B` the masses of the
+//!       classes with its side +1 and -1, `m` that of all (folded masses here and below), and the owner is front if `m_F >= m_B`. A class is *beyond* a division if it has the side
+//!       that its owner has not; clay without a side of the sheet moves with the owner. A field is all clay that is beyond the same divisions: one at a whole
+//!       node, up to two where one cut runs, four where two cross. A folded ghost is divided as its mirror is.
 //!    3. **Velocity** `v = p / m + g h (rho / rho_s)` (g with the body acceleration at the node and `t` of a manufactured solution) of folded sums, times `exp(-damping h)`. (Gravity folded too, as the image of falling clay
 //!       has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4 at 32 cells.)
-//!    4. **Two sides.** In a blade's band each class's field is bounded by the blade where it reaches beyond it: the front field at nodes with
-//!       distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; the back field at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
-//!       (the contact of the tool; U belongs to main). A blade that sticks holds these nodes across its plane; along it, it takes each class's field of
+//!    4. **Between sides.** Blades in the plan's order: in a blade's band each field, on one side of it or the other, is bounded by it where it reaches beyond it: one in
+//!       front at nodes with distance <= [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal +n; one behind at distance >= -[`CONTACT_OFFSET`](tool::CONTACT_OFFSET), normal -n
+//!       (the contact of the tool). A blade that sticks holds these nodes across its plane; along it, it takes each field of
 //!       every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the fresh clay's shear strength: a
 //!       traction of k, shared out as the stress of clay at yield is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the
-//!       plane lies between them.) Elsewhere the two fields of a split node exchange momentum while they approach along
-//!       `n = m_B grad m_F - m_F grad m_B` (central differences of node masses, normalised; no exchange where it vanishes): with
-//!       `u = (v_F - v_B) . n < 0` and reduced mass `m = m_F m_B / (m_F + m_B)` of the two fields, impulse `-m u` on the front field along n
+//!       plane lies between them.) Then each two fields a, b of a node, in the order of the divisions they are beyond (bit i for the i-th sheet), exchange momentum while they
+//!       approach along n, unless a blade stands between them: n the normal from a to b of the sheet between them, or the mean of the normals of two,
+//!       `m_B grad m_F - m_F grad m_B` from back to front (central differences of node masses, normalised; no exchange where one vanishes): with
+//!       `u = (v_b - v_a) . n < 0` and reduced mass `m = m_a m_b / (m_a + m_b)`, impulse `-m u` on field b along n
 //!       and, against sliding, at most [`CUT_FRICTION`](tool::CUT_FRICTION) times that (never more than stops the sliding).
 //!    5. **Solid tools** in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), of a separating tool
 //!       [`TOUCH_OFFSET`](tool::TOUCH_OFFSET), get, in each field, the tool's contact with its velocity at the node
@@ -69,9 +72,10 @@
 //!    `[0.05^2, 20^2]` and counted.
 //!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
-//! state, [`plan`] chooses steps, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
+//! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 mod admit;
+pub mod cut;
 pub mod engine;
 pub mod gpu;
 pub mod health;
@@ -80,6 +84,7 @@ pub mod native;
 pub mod oracle;
 pub mod params;
 pub mod plan;
+pub mod sheets;
 pub mod snapshot;
 mod sums;
 pub mod tool;
@@ -93,10 +98,11 @@ pub mod prelude {
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
-    pub use super::material::{ClayLaw, ClayMaterial, Preset};
+    pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::plan::{InertiaScaling, StepLimits};
+    pub use super::sheets::Sheets;
     pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 }

@@ -1,6 +1,6 @@
 //! The state of the clay, whole: what an engine loads and saves, and a file of it (version 2; version 1, which knew less of the material, is read too).
 
-use super::material::{ClayLaw, ClayMaterial};
+use super::material::{ClayLaw, ClayMaterial, Weld};
 use super::params::{Domain, Wall, Walls};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, IVec3};
@@ -43,8 +43,15 @@ impl Side {
 pub struct Tag {
     /// The sheet's id; 0 with side 0 is no cut.
     pub sheet: u8,
-    /// +1 in front, -1 behind, 0 none.
+    /// Positive in front, negative behind, 0 none. Its magnitude counts from 1 how far the two sides have grown together.
     pub side: i8,
+}
+
+impl Tag {
+    /// +1 in front, -1 behind, 0 none.
+    pub fn sign(self) -> i8 {
+        self.side.signum()
+    }
 }
 
 /// One particle, as stored between frames. f32, 116 bytes, no padding.
@@ -166,7 +173,7 @@ impl Snapshot {
         let (d, m) = (&self.domain, &self.material);
         let (law, [loss, rate, rest_time]) = law_code(m.law);
         out.extend(d.walls.low.iter().chain(&d.walls.high).map(|w| wall_code(*w)));
-        out.extend([law, 0]);
+        out.extend([law, weld_code(m.weld)]);
         let mut numbers = [0.0; NUMBERS];
         numbers[..18].copy_from_slice(&[
             d.origin.x,
@@ -230,6 +237,8 @@ impl Snapshot {
         let of_2 = |i: usize, before: f64| if numbers == NUMBERS { number(i) } else { before };
         let law_numbers = [of_2(14, 0.0), of_2(15, 0.0), of_2(16, 0.0)];
         let law = law_from_code(fields[18], law_numbers).ok_or(SnapshotError::Damaged("a law of unknown kind"))?;
+        let weld =
+            Weld::ALL.get(usize::from(fields[19])).copied().ok_or(SnapshotError::Damaged("a weld rule of unknown kind"))?;
         let domain = Domain { origin: DVec3::new(number(0), number(1), number(2)), cell_width: number(3), cells, walls };
         let material = ClayMaterial {
             density: number(4),
@@ -242,6 +251,7 @@ impl Snapshot {
             viscosity: of_2(12, 0.0),
             flow_index: of_2(13, 1.0),
             law,
+            weld,
         };
         Ok(Self { domain, material, time: number(10), particles: bytemuck::pod_collect_to_vec(body) })
     }
@@ -257,6 +267,11 @@ fn wall_code(wall: Wall) -> u8 {
 
 fn wall_from_code(code: u8) -> Option<Wall> {
     [Wall::Slip, Wall::Stick, Wall::Separate].get(usize::from(code)).copied()
+}
+
+/// Files from before there was a choice have 0.
+fn weld_code(weld: Weld) -> u8 {
+    Weld::ALL.iter().position(|w| *w == weld).unwrap_or_default() as u8
 }
 
 /// A law's code and numbers.
@@ -302,8 +317,14 @@ mod tests {
             })
             .collect();
         let law = ClayLaw::Worked { loss: 0.5, rate: 2.0, rest_time: f64::INFINITY };
-        let material =
-            ClayMaterial { hardening_modulus: 1e3, viscosity: 20.0, flow_index: 0.3, law, ..Preset::Plasticine.material() };
+        let material = ClayMaterial {
+            hardening_modulus: 1e3,
+            viscosity: 20.0,
+            flow_index: 0.3,
+            law,
+            weld: Weld::Off,
+            ..Preset::Plasticine.material()
+        };
         Snapshot { domain, material, time: 1.25, particles }
     }
 

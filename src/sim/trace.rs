@@ -1,5 +1,6 @@
 //! What stands at the nodes after one substep: how tests compare an engine with the oracle pass by pass.
 
+use super::cut::CutKey;
 use glam::{DVec3, IVec3};
 
 /// One class of clay at one node.
@@ -7,8 +8,8 @@ use glam::{DVec3, IVec3};
 pub struct TracedNode {
     /// Grid coordinate.
     pub node: IVec3,
-    /// 0 untagged, 1 front, 2 back.
-    pub class: usize,
+    /// On which sides of which cuts.
+    pub key: CutKey,
     /// Mass [kg] that `p2g` brought.
     pub mass: f64,
     /// Momentum [kg m/s] that `p2g` brought.

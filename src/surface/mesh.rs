@@ -97,11 +97,25 @@ impl Mesh {
     /// The connected components as meshes of their own, in the order of their first triangles.
     pub fn components(&self) -> Vec<Self> {
         let (labels, count) = self.component_labels();
-        let mut parts = vec![Vec::new(); count];
+        let mut parts = vec![Self { normals: self.normals.as_ref().map(|_| Vec::new()), ..Self::default() }; count];
+        // No vertex is in two components: one table of new indices serves all.
+        let mut new = vec![u32::MAX; self.positions.len()];
         for (t, label) in self.triangles.iter().zip(labels) {
-            parts[label as usize].push(*t);
+            let part = &mut parts[label as usize];
+            let triangle = t.map(|v| {
+                let entry = &mut new[v as usize];
+                if *entry == u32::MAX {
+                    *entry = part.positions.len() as u32;
+                    part.positions.push(self.positions[v as usize]);
+                    if let (Some(kept), Some(all)) = (&mut part.normals, &self.normals) {
+                        kept.push(all[v as usize]);
+                    }
+                }
+                *entry
+            });
+            part.triangles.push(triangle);
         }
-        parts.into_iter().map(|triangles| self.with_triangles(triangles)).collect()
+        parts
     }
 
     /// The mesh of some of the triangles, with the vertices they use.
@@ -183,6 +197,7 @@ mod tests {
         let parts = mesh.components();
         assert_eq!(parts.len(), 2);
         assert!(parts.iter().all(|p| p.positions.len() == 4 && (p.volume() - 1.0 / 6.0).abs() < 1e-12));
+        assert_eq!(parts, [mesh.with_triangles(mesh.triangles[..4].to_vec()), mesh.with_triangles(mesh.triangles[4..].to_vec())]);
     }
 
     #[test]

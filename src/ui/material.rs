@@ -1,6 +1,6 @@
 //! The rows of the material: what each number is called, its unit, its range and what it does.
 
-use crate::sim::material::{ClayLaw, ClayMaterial, Preset};
+use crate::sim::material::{ClayLaw, ClayMaterial, Preset, Weld};
 use bevy_egui::egui;
 use std::ops::RangeInclusive;
 
@@ -183,6 +183,24 @@ fn law_rows(ui: &mut egui::Ui, law: &mut ClayLaw) {
     }
 }
 
+/// How cuts grow together.
+fn weld_row(ui: &mut egui::Ui, weld: &mut Weld) {
+    let name = |weld| match weld {
+        Weld::Pressed => "when pressed firmly",
+        Weld::Sticky => "almost at a touch",
+        Weld::Off => "never",
+    };
+    let hover = "When the two sides of a cut grow together again: pressed at half the clay's shear strength for 0.3 s, at a twentieth for 0.05 s, or never.";
+    ui.label("cuts heal").on_hover_text(hover);
+    let combo = egui::ComboBox::from_id_salt("clay weld").width(170.0).selected_text(name(*weld));
+    combo.show_ui(ui, |ui| {
+        for choice in Weld::ALL {
+            ui.selectable_value(weld, choice, name(choice));
+        }
+    });
+    ui.end_row();
+}
+
 /// `material` with the clay of `preset`; the softening about tools, which belongs to the hand and not to the clay, stays.
 fn with_preset(material: &ClayMaterial, preset: Preset) -> ClayMaterial {
     ClayMaterial { softening: material.softening, softening_length: material.softening_length, ..preset.material() }
@@ -210,6 +228,7 @@ pub(super) fn rows(ui: &mut egui::Ui, material: &mut ClayMaterial) {
     VISCOSITY.show(ui, &mut material.viscosity);
     FLOW_INDEX.show(ui, &mut material.flow_index);
     law_rows(ui, &mut material.law);
+    weld_row(ui, &mut material.weld);
     if material.validate().is_err() {
         *material = before;
     }

@@ -145,12 +145,13 @@ fn buttons(
             requests.write(ClayRequest::Reset(clay));
         }
         ui.separator();
-        if ui.button("export").on_hover_text("Writes the surface, closed and in mm, into a new file.").clicked() {
+        if ui.button("export").on_hover_text("Writes the surface, closed, into a new file.").clicked() {
             requests.write(ClayRequest::Export(clay, state.format));
         }
         for format in ExportFormat::ALL {
             let name = format.extension().to_uppercase();
-            ui.selectable_value(&mut state.format, format, name).on_hover_text("Format of the exported surface, in mm.");
+            ui.selectable_value(&mut state.format, format, name)
+                .on_hover_text("Format of the exported surface: in mm, GLB in m.");
         }
     });
 }

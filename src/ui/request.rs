@@ -2,6 +2,7 @@
 
 use crate::plugin::clay::{Clay, ClayStatus};
 use crate::plugin::engine::ClayEngine;
+pub use crate::scene::export::ExportFormat;
 use crate::scene::export::write_mesh;
 use crate::scene::resample::resample;
 use crate::sim::snapshot::Snapshot;
@@ -21,32 +22,6 @@ pub enum ClayRequest {
     Resample(Entity, f64),
     /// Its surface into a new file.
     Export(Entity, ExportFormat),
-}
-
-/// File formats of surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ExportFormat {
-    /// Binary STL, mm.
-    #[default]
-    Stl,
-    /// Binary PLY, mm.
-    Ply,
-    /// OBJ, mm.
-    Obj,
-}
-
-impl ExportFormat {
-    /// Every format.
-    pub const ALL: [Self; 3] = [Self::Stl, Self::Ply, Self::Obj];
-
-    /// The file extension.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Stl => "stl",
-            Self::Ply => "ply",
-            Self::Obj => "obj",
-        }
-    }
 }
 
 /// What the clay of this entity first started from.

@@ -35,11 +35,13 @@ fn agrees(cases: fn() -> Vec<Agreement>) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Two runs give the same bits, through re-bins, a wall, a ball and a blade.
+/// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a blade, where up to nine classes of clay enter the
+/// same blocks' lists.
 fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
-    let case = common::mixed();
-    let one = common::run(engine, &case, 3);
-    assert!(one == common::run(engine, &case, 3), "two runs");
+    for case in std::iter::once(common::mixed()).chain(common::recut().into_iter().map(|a| a.case)) {
+        let one = common::run(engine, &case, 3);
+        assert!(one == common::run(engine, &case, 3), "two runs");
+    }
     Ok(())
 }
 
@@ -64,6 +66,9 @@ fn main() {
         cases("volume_averaging_agrees", common::averaging),
         cases("blades_agree", common::blades),
         cases("kept_cut_agrees", common::kept_cut),
+        cases("crossed_cuts_agree", common::crossed_cuts),
+        cases("cut_through_cuts_agrees", common::recut),
+        cases("welding_agrees", common::welding),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),

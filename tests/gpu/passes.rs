@@ -58,11 +58,11 @@ fn one_substep(engine: &mut GpuEngine, case: &Case, name: &str) -> Result<(), Fa
     let (snapshot, plan) = (&case.snapshot, &case.plan);
     let ours = engine.trace(snapshot, plan.clone()).map_err(|e| format!("{name}: {e}"))?;
     let mut oracle = Oracle::new(snapshot);
-    let theirs: HashMap<_, _> = oracle.trace(plan).into_iter().map(|n| ((n.node, n.class), n)).collect();
+    let theirs: HashMap<_, _> = oracle.trace(plan).into_iter().map(|n| ((n.node, n.key), n)).collect();
     let mass_unit = plan.inertial_density() * CELL.powi(3) / 8.0;
     let (speed_unit, mut seen) = (CELL / plan.dt, 0.0);
     for n in &ours {
-        let Some(o) = theirs.get(&(n.node, n.class)) else {
+        let Some(o) = theirs.get(&(n.node, n.key)) else {
             assert!(n.mass == 0.0, "{name}: mass beyond the oracle's nodes at {}", n.node);
             continue;
         };
@@ -76,10 +76,10 @@ fn one_substep(engine: &mut GpuEngine, case: &Case, name: &str) -> Result<(), Fa
             n.node
         );
         let error = (n.momentum - o.momentum).length() / (mass_unit * speed_unit);
-        assert!(error < 1e-6, "{name}: momentum off by {error} at {} class {}", n.node, n.class);
+        assert!(error < 1e-6, "{name}: momentum off by {error} at {} of {:?}", n.node, n.key);
         // grid: where there is hardly any mass, velocity is momentum over hardly any.
         let error = (n.velocity - o.velocity).length() / speed_unit * (o.mass / mass_unit).min(1.0);
-        assert!(error < 2e-6, "{name}: velocity off by {error} at {} class {}", n.node, n.class);
+        assert!(error < 2e-6, "{name}: velocity off by {error} at {} of {:?}", n.node, n.key);
     }
     let all: f64 = theirs.values().map(|n| n.mass).sum();
     assert!((seen / all - 1.0).abs() < 1e-6, "{name}: nodes missed");
@@ -90,7 +90,7 @@ fn one_substep(engine: &mut GpuEngine, case: &Case, name: &str) -> Result<(), Fa
         let p = by_id[&o.id];
         let moved = (p.grid() - o.position).length();
         assert!(moved < 5e-7, "{name}: particle {} off by {moved}", o.id);
-        assert_eq!(p.tags[0], o.tags[0], "{name}: side of particle {}", o.id);
+        assert_eq!(p.tags, o.tags, "{name}: sides of particle {}", o.id);
         for c in 0..3 {
             let column = DVec3::from_array(p.affine[c].map(f64::from));
             let error = (column - o.affine.col(c)).length() * plan.dt;

@@ -9,6 +9,7 @@ pub(super) enum Kind {
     Text,
     Number(Dimension),
     Law,
+    Weld,
 }
 
 /// A key.
@@ -23,7 +24,7 @@ const fn number(name: &'static str, dimension: Dimension) -> Field {
 }
 
 /// The keys of a file: where it starts from, its name, and the fields of [`ClayMaterial`].
-pub(super) const FIELDS: [Field; 12] = [
+pub(super) const FIELDS: [Field; 13] = [
     Field { name: "extends", kind: Kind::Text },
     Field { name: "name", kind: Kind::Text },
     number("density", Dimension::Density),
@@ -36,10 +37,14 @@ pub(super) const FIELDS: [Field; 12] = [
     number("viscosity", Dimension::Consistency),
     number("flow_index", Dimension::Ratio),
     Field { name: "law", kind: Kind::Law },
+    Field { name: "weld", kind: Kind::Weld },
 ];
 
 /// The laws by name.
 pub(super) const LAWS: [&str; 4] = ["Softened", "Worked", "AsPublished", "AsPublishedDefaultD"];
+
+/// The weld rules by name, in the order of [`Weld::ALL`](crate::sim::material::Weld::ALL).
+pub(super) const WELDS: [&str; 3] = ["Pressed", "Sticky", "Off"];
 
 /// The numbers of `Worked`.
 pub(super) const WORKED: [Field; 3] =

@@ -286,6 +286,8 @@ fn set(material: &mut ClayMaterial, entry: &Entry) -> Result<(), ParamsError> {
         material.law = law(name, number, material.law).map_err(|missing| {
             ParamsError::new("law", name, format!("needs `{missing}`, which no file that is extended gives"))
         })?;
+    } else if let Value::Weld(weld) = entry.value {
+        material.weld = weld;
     } else if let Some(number) = number_mut(material, entry.field.name) {
         *number = si(entry)?;
     }

@@ -1,8 +1,9 @@
 //! From the text of a clay file to its entries, each with its place; keys that nobody knows are kept apart.
 
-use super::field::{FIELDS, Field, Kind, LAWS, WORKED};
+use super::field::{FIELDS, Field, Kind, LAWS, WELDS, WORKED};
 use crate::scene::error::SceneError;
 use crate::scene::file::message;
+use crate::sim::material::Weld;
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, VariantAccess, Visitor};
 use std::fmt;
 
@@ -16,6 +17,7 @@ pub(super) enum Value {
     Text(String),
     /// A law by name, with the numbers given for it.
     Law(&'static str, Vec<Entry>),
+    Weld(Weld),
 }
 
 /// A key that is known, and what stands behind it.
@@ -138,6 +140,7 @@ impl<'de> DeserializeSeed<'de> for Content<'_> {
             Kind::Text => deserializer.deserialize_str(self),
             Kind::Number(_) => deserializer.deserialize_any(self),
             Kind::Law => deserializer.deserialize_enum("ClayLaw", &LAWS, self),
+            Kind::Weld => deserializer.deserialize_enum("Weld", &WELDS, self),
         }
     }
 }
@@ -150,6 +153,7 @@ impl<'de> Visitor<'de> for Content<'_> {
             Kind::Text => "a text in quotes",
             Kind::Number(_) => "a number in SI units, or one with a unit in quotes",
             Kind::Law => "a law",
+            Kind::Weld => "a weld rule",
         })
     }
 
@@ -171,6 +175,13 @@ impl<'de> Visitor<'de> for Content<'_> {
 
     fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<Value, A::Error> {
         let (name, content) = data.variant_seed(Key)?;
+        if self.field.kind == Kind::Weld {
+            let Some((_, weld)) = WELDS.into_iter().zip(Weld::ALL).find(|weld| weld.0 == name) else {
+                return Err(A::Error::custom(format!("`{name}` is no weld rule; known are {}", WELDS.join(", "))));
+            };
+            content.unit_variant()?;
+            return Ok(Value::Weld(weld));
+        }
         let Some(law) = LAWS.into_iter().find(|law| *law == name) else {
             return Err(A::Error::custom(format!("`{name}` is no law; known are {}", LAWS.join(", "))));
         };

@@ -2,7 +2,7 @@
 
 use super::field::{FIELDS, LAWS, WORKED};
 use super::*;
-use crate::sim::material::ClayLaw;
+use crate::sim::material::{ClayLaw, Weld};
 
 fn error_of(text: &str) -> String {
     let error = ClayFile::from_ron(text).expect_err(text).to_string();
@@ -70,12 +70,12 @@ fn every_key_is_read_with_and_without_unit() {
     let units = r#"Clay(
         name: "mine", density: "1.6 g/cm^3", young_modulus: "1 MPa", poisson_ratio: "40 %", yield_stress: "20 kPa", softening: "50 %",
         softening_length: "3 mm", hardening_modulus: "5 kPa", viscosity: "20 Pa s^n", flow_index: "30 %",
-        law: Worked(loss: "40 %", rate: "2", rest_time: "10 min"),
+        law: Worked(loss: "40 %", rate: "2", rest_time: "10 min"), weld: Sticky,
     )"#;
     let si = r#"(
         name: "mine", density: 1600, young_modulus: 1e6, poisson_ratio: 0.4, yield_stress: 20000.0, softening: 0.5,
         softening_length: 3e-3, hardening_modulus: 5e3, viscosity: 20, flow_index: 0.3,
-        law: Worked(loss: 0.4, rate: 2, rest_time: 600),
+        law: Worked(loss: 0.4, rate: 2, rest_time: 600), weld: Sticky,
     )"#;
     let (units, si) = (ClayFile::from_ron(units).expect("units"), ClayFile::from_ron(si).expect("SI"));
     let expected = ClayMaterial {
@@ -89,6 +89,7 @@ fn every_key_is_read_with_and_without_unit() {
         viscosity: 20.0,
         flow_index: 0.3,
         law: ClayLaw::Worked { loss: 0.4, rate: 2.0, rest_time: 600.0 },
+        weld: Weld::Sticky,
     };
     assert_eq!((units.material, units.name.as_str()), (expected, "mine"));
     assert_eq!(units, si);

@@ -43,7 +43,8 @@ fn every_field_is_read() {
     let (material, _) = scene.clay_material(Path::new(".")).expect("material");
     assert_eq!((material.density, material.softening, material.softening_length), (1000.0, 0.5, 0.01));
     assert_eq!((scene.walls.low[1], scene.walls.high[1], scene.inertia), (Wall::Stick, Wall::Separate, InertiaScaling::Fast));
-    assert_eq!(scene.outputs, Outputs { surface: None, tier: Tier::Coarse, particles: false, metrics: true });
+    let expected = Outputs { surface: None, tier: Tier::Coarse, particles: false, metrics: true, ..Outputs::default() };
+    assert_eq!(scene.outputs, expected);
 }
 
 #[test]
@@ -80,6 +81,10 @@ fn bad_values_are_refused_with_line_and_field() {
         ("tools: [(shape: Sphere(radius: -1), keyframes: [(time: 0, position: (0, 0, 0))])]".into(), "scene:3:", "radius = -1"),
         ("tools: [(shape: Sphere(radius: 1, height: 2), keyframes: [])]".into(), "scene:3:", "unknown field `height`"),
         ("outputs: (surface: \"../x.stl\")".into(), "scene", "without folders"),
+        ("outputs: (surface: \"x.fbx\")".into(), "scene", "outputs.surface = x.fbx: must end in .stl, .ply, .obj, .glb or .3mf"),
+        ("outputs: (export: (volume_min: -1))".into(), "scene", "volume_min = -1"),
+        ("outputs: (export: (simplify: 0))".into(), "scene", "simplify = 0"),
+        ("outputs: (export: (bodies: Melted))".into(), "scene:3:", "Melted"),
     ];
     for (field, place, part) in cases {
         let error = error_of(&format!("(\n{CLAY}, cell_width: 0.004,\n{field},\n)"));

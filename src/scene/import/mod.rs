@@ -1,5 +1,6 @@
-//! Triangle meshes from OBJ, STL and PLY files: welded, checked, placed.
+//! Triangle meshes from OBJ, STL, PLY and glTF files: welded, checked, placed.
 
+mod gltf;
 mod obj;
 mod ply;
 mod stl;
@@ -18,6 +19,8 @@ pub enum MeshFormat {
     Stl,
     /// PLY 1.0, ASCII or binary of either byte order.
     Ply,
+    /// glTF 2.0, binary (`.glb`) or text (`.gltf`): the triangles of the default scene, placed by their nodes, lengths in metres.
+    Gltf,
 }
 
 impl MeshFormat {
@@ -27,6 +30,7 @@ impl MeshFormat {
             "obj" => Some(Self::Obj),
             "stl" => Some(Self::Stl),
             "ply" => Some(Self::Ply),
+            "glb" | "gltf" => Some(Self::Gltf),
             _ => None,
         }
     }
@@ -111,24 +115,29 @@ impl ImportedMesh {
             return Err(SceneError::Mesh {
                 file,
                 line: None,
-                reason: "unknown mesh format; known are .obj, .stl and .ply".into(),
+                reason: "unknown mesh format; known are .obj, .stl, .ply, .glb and .gltf".into(),
             });
         };
         match std::fs::read(path) {
-            Ok(bytes) => Self::from_bytes(&bytes, format, &file),
+            Ok(bytes) => Self::read(&bytes, format, &file, path.parent()),
             Err(error) => Err(SceneError::Read { file, error }),
         }
     }
 
-    /// Reads a mesh from the bytes of a file; `file` names it in errors.
+    /// Reads a mesh from the bytes of a file; `file` names it in errors. A `.gltf` with buffers in other files is read by [`Self::load`] alone.
     ///
     /// # Errors
     /// Bytes that are damaged or hold no triangle.
     pub fn from_bytes(bytes: &[u8], format: MeshFormat, file: &str) -> Result<Self, SceneError> {
+        Self::read(bytes, format, file, None)
+    }
+
+    fn read(bytes: &[u8], format: MeshFormat, file: &str, folder: Option<&Path>) -> Result<Self, SceneError> {
         let soup = match format {
             MeshFormat::Obj => obj::read(bytes),
             MeshFormat::Stl => stl::read(bytes),
             MeshFormat::Ply => ply::read(bytes),
+            MeshFormat::Gltf => gltf::read(bytes, folder),
         };
         let fault = |Fault { line, reason }| SceneError::Mesh { file: file.to_string(), line, reason: one_line(&reason) };
         let mesh = Self::weld(&soup.map_err(fault)?);

@@ -15,6 +15,8 @@ fn files(mesh: &ImportedMesh) -> Vec<(&'static str, MeshFormat, Vec<u8>)> {
     files.push(("ascii ply", MeshFormat::Ply, ply_bytes(mesh, "ascii")));
     files.push(("little ply", MeshFormat::Ply, ply_bytes(mesh, "binary_little_endian")));
     files.push(("big ply", MeshFormat::Ply, ply_bytes(mesh, "binary_big_endian")));
+    files.push(("glb", MeshFormat::Gltf, gltf::tests::glb(mesh)));
+    files.push(("gltf", MeshFormat::Gltf, gltf::tests::gltf(mesh)));
     files
 }
 
@@ -172,7 +174,7 @@ fn missing_file_and_unknown_format_are_named() {
     let error = ImportedMesh::load(Path::new("nowhere/thing.obj")).expect_err("missing").to_string();
     assert!(error.starts_with("nowhere/thing.obj: "), "{error}");
     let error = ImportedMesh::load(Path::new("thing.fbx")).expect_err("unknown").to_string();
-    assert_eq!(error, "thing.fbx: unknown mesh format; known are .obj, .stl and .ply");
+    assert_eq!(error, "thing.fbx: unknown mesh format; known are .obj, .stl, .ply, .glb and .gltf");
 }
 
 #[test]
@@ -210,7 +212,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        for format in [MeshFormat::Obj, MeshFormat::Stl, MeshFormat::Ply] {
+        for format in [MeshFormat::Obj, MeshFormat::Stl, MeshFormat::Ply, MeshFormat::Gltf] {
             drop(ImportedMesh::from_bytes(&bytes, format, "random"));
         }
     }

@@ -65,7 +65,7 @@ pub(super) struct Buffers {
     keys: wgpu::Buffer,
     list: wgpu::Buffer,
     pub blocks: wgpu::Buffer,
-    side_masses: wgpu::Buffer,
+    pub cuts: wgpu::Buffer,
     scans: [Scan; 2],
 }
 
@@ -91,6 +91,11 @@ fn node_bytes(size: NodeSize) -> u64 {
 /// Bytes of the node sums, with the touching masses behind them.
 fn sum_bytes(size: NodeSize) -> u64 {
     node_bytes(size) + words(size.slots * 64)
+}
+
+/// Bytes of the keys of each block's tagged classes and of these classes' masses at its nodes.
+fn cut_bytes(size: NodeSize) -> u64 {
+    u64::from(size.slots) * u64::from(size.classes - 1) * 65 * 4
 }
 
 /// Bytes of the tools' poses in one submission.
@@ -155,7 +160,7 @@ impl Buffers {
             masses: nodes.masses,
             tools: nodes.tools,
             blocks: nodes.blocks,
-            side_masses: nodes.side_masses,
+            cuts: nodes.cuts,
         }
     }
 
@@ -170,7 +175,7 @@ impl Buffers {
         self.masses = nodes.masses;
         self.tools = nodes.tools;
         self.blocks = nodes.blocks;
-        self.side_masses = nodes.side_masses;
+        self.cuts = nodes.cuts;
         self.scans[1] = nodes.scan;
     }
 
@@ -194,7 +199,7 @@ impl Buffers {
             13 => &scan.chunks,
             14 => &self.keys,
             15 => &self.list,
-            16 => &self.side_masses,
+            16 => &self.cuts,
             17 => &self.impulses,
             18 => &self.totals,
             19 => &self.masses,
@@ -212,7 +217,7 @@ impl Buffers {
             Id::Slots => groups(self.table_len),
             Id::Clear => slots * self.size.classes,
             Id::Sides | Id::Grid => slots,
-            Id::Mass => groups(slots),
+            Id::Mass | Id::SortClasses => groups(slots),
             Id::Load
             | Id::Mark
             | Id::Count
@@ -220,9 +225,11 @@ impl Buffers {
             | Id::Order
             | Id::Average
             | Id::Tags
+            | Id::Classes
             | Id::P2g
             | Id::Touching
             | Id::G2p
+            | Id::Weld
             | Id::Store
             | Id::Total => groups(self.particle_count),
         }
@@ -238,7 +245,7 @@ struct Nodes {
     masses: wgpu::Buffer,
     tools: wgpu::Buffer,
     blocks: wgpu::Buffer,
-    side_masses: wgpu::Buffer,
+    cuts: wgpu::Buffer,
     scan: Scan,
 }
 
@@ -246,7 +253,6 @@ impl Nodes {
     fn new(device: &wgpu::Device, size: NodeSize) -> Self {
         let make = |name: &str, bytes: u64| buffer(device, name, bytes, STORAGE);
         let counts = make("cell counts", words(size.slots * 64));
-        let side_slots = if size.classes > 1 { size.slots } else { 1 };
         Self {
             sums: make("sums", sum_bytes(size)),
             velocities: make("velocities", node_bytes(size)),
@@ -254,7 +260,7 @@ impl Nodes {
             masses: make("masses", 2 * words(size.slots)),
             tools: make("tools", tool_bytes(size.tools)),
             blocks: make("blocks", words(size.slots)),
-            side_masses: make("side masses", 2 * words(side_slots * 64)),
+            cuts: make("cuts", cut_bytes(size)),
             scan: scan(device, &counts, size.slots * 64),
             counts,
         }

@@ -1,21 +1,25 @@
-// Contact at a node: tools, and the two sides of a kept cut.
+// Contact at a node: blades, the fields that kept cuts divide, solid tools.
 
-@group(0) @binding(16) var<storage, read> side_masses: array<vec2f>;
+// Most sheets that divide one node. A field is the clay that is beyond the same of them, from their owners' sides.
+const DIVISIONS_MAX: u32 = 4u;
+const NO_BLADE: u32 = 0xffffffffu;
 
-// Two fields: untagged clay and the owner's class, and the other class.
+// A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it there.
+struct Division { sheet: u32, owner: i32, blade: u32, distance: f32 }
+
+// Fields stand in the place of the first of their classes.
 struct Node {
-    owner: u32, // the class that moves with untagged clay; 0 at a whole node, where all classes move together
-    mass: vec2f,
-    v: array<vec3f, 2>,
+    division_count: u32,
+    divisions: array<Division, DIVISIONS_MAX>,
+    leader: array<u32, CLASSES>, // first class of the field in which a class moves
+    beyond: array<u32, CLASSES>, // divisions that a class is beyond, a bit each
+    mass: array<f32, CLASSES>,
+    v: array<vec3f, CLASSES>,
     pushed: vec3f, // impulse of tools on the node
 }
 
 // What one tool took from one node: impulse and contacts, angular impulse and |impulse|.
 struct Taken { impulse: vec4f, angular: vec4f }
-
-fn field_of(owner: u32, class_: u32) -> u32 {
-    return u32(owner != 0u && class_ != 0u && class_ != owner);
-}
 
 fn touch(node: ptr<function, Node>, f: u32, t: Tool, q: vec3f, arm: vec3f, normal: vec3f, share: f32, taken: ptr<function, Taken>) {
     let before = (*node).v[f];
@@ -40,33 +44,177 @@ fn touching_at(slot: u32, k: u32) -> f32 {
     return f32(sums[place / 4u][place % 4u]) / params.mass_scale * params.density_unit;
 }
 
-fn side_mass_at(n: vec3i) -> vec2f {
-    let slot = slot_of(n);
-    if slot == 0u { return vec2f(0.0); }
-    return side_masses[(slot - 1u) * 64u + local_index(n)];
+// The lowest sheet above `last` among the block's classes and the blades near it; 0 if there is none.
+fn next_sheet(slot: u32, near_blades: u32, last: u32) -> u32 {
+    var next = 256u;
+    for (var c = 1u; c < CLASSES; c++) {
+        let key = key_at(slot, c);
+        if key == 0u { break; }
+        let a = key >> 17u;
+        let b = (key & 0xffffu) >> 1u;
+        if a > last { next = min(next, a); }
+        if b > last { next = min(next, b); }
+    }
+    for (var t = 0u; t < params.tool_count; t++) {
+        if (near_blades & (1u << t)) == 0u { continue; }
+        let sheet = tool_now(t).sheet;
+        if sheet > last { next = min(next, sheet); }
+    }
+    return select(next, 0u, next == 256u);
 }
 
-// The two sides of a kept cut exchange momentum while they approach.
-fn exchange(node: ptr<function, Node>, n: vec3i, front: f32, back: f32) {
-    let dx = side_mass_at(n + vec3i(1, 0, 0)) - side_mass_at(n - vec3i(1, 0, 0));
-    let dy = side_mass_at(n + vec3i(0, 1, 0)) - side_mass_at(n - vec3i(0, 1, 0));
-    let dz = side_mass_at(n + vec3i(0, 0, 1)) - side_mass_at(n - vec3i(0, 0, 1));
-    let total = front + back;
-    let g = 0.5 * ((back / total) * vec3f(dx.x, dy.x, dz.x) - (front / total) * vec3f(dx.y, dy.y, dz.y));
-    let size = length(g);
-    let f = field_of((*node).owner, 1u);
-    let b = field_of((*node).owner, 2u);
-    let m = (*node).mass;
-    if size == 0.0 || m[f] <= 0.0 || m[b] <= 0.0 { return; }
-    let normal = g / size;
-    let relative = (*node).v[f] - (*node).v[b];
+// Whether a sheet divides the node: in its blade's band, or where most of the mass is tagged by it.
+fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -> Division {
+    for (var t = 0u; t < params.tool_count; t++) {
+        if (near_blades & (1u << t)) == 0u { continue; }
+        let tool = tool_now(t);
+        if tool.sheet != sheet { continue; }
+        let q = local_end(tool, n, vec3f(0.0));
+        if all(abs(q.xy) <= tool.size.xy) && abs(q.z) <= BAND { return Division(sheet, select(1, -1, q.z < 0.0), t, q.z); }
+    }
+    var front = 0.0;
+    var back = 0.0;
+    var all_ = 0.0;
+    for (var c = 0u; c < CLASSES; c++) {
+        let side = side_of(key_at(slot, c), sheet);
+        let mass = sums_.c[c].w;
+        all_ += mass;
+        if side > 0 { front += mass; }
+        if side < 0 { back += mass; }
+    }
+    let is_split = front + back > 0.5 * all_;
+    return Division(select(0u, sheet, is_split), select(-1, 1, front >= back), NO_BLADE, 0.0);
+}
+
+fn divide(node: ptr<function, Node>, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) {
+    if CLASSES == 1u { return; }
+    var sheet = next_sheet(slot, near_blades, 0u);
+    while sheet != 0u && (*node).division_count < DIVISIONS_MAX {
+        let division = division_by(sheet, slot, n, near_blades, sums_);
+        if division.sheet != 0u {
+            (*node).divisions[(*node).division_count] = division;
+            (*node).division_count += 1u;
+        }
+        sheet = next_sheet(slot, near_blades, sheet);
+    }
+    for (var c = 1u; c < CLASSES; c++) {
+        let key = key_at(slot, c);
+        var beyond = 0u;
+        for (var i = 0u; i < (*node).division_count; i++) {
+            beyond |= u32(side_of(key, (*node).divisions[i].sheet) == -(*node).divisions[i].owner) << i;
+        }
+        (*node).beyond[c] = beyond;
+        (*node).leader[c] = c;
+        for (var a = 0u; a < c; a++) {
+            if (*node).beyond[a] == beyond {
+                (*node).leader[c] = a;
+                break;
+            }
+        }
+    }
+}
+
+// The side of division i on which a field is.
+fn field_side(node: ptr<function, Node>, i: u32, beyond: u32) -> i32 {
+    let owner = (*node).divisions[i].owner;
+    return select(owner, -owner, ((beyond >> i) & 1u) == 1u);
+}
+
+// What blade t takes from the node: each field is bounded by it where it reaches beyond it; a sticking one takes it along.
+fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
+    var taken: Taken;
+    let tool = tool_now(t);
+    let q = local_end(tool, n, vec3f(0.0));
+    let arm = vec3f(n - tool.end_cell) - tool.end_offset;
+    for (var i = 0u; i < (*node).division_count; i++) {
+        if (*node).divisions[i].blade != t { continue; }
+        for (var f = 0u; f < CLASSES; f++) {
+            if (*node).leader[f] != f { continue; }
+            let sign_ = f32(field_side(node, i, (*node).beyond[f]));
+            let normal = sign_ * tool.end_rotation[2];
+            let distance_ = sign_ * (*node).divisions[i].distance;
+            if tool.contact == STICK {
+                push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, params.adhesion), &taken);
+            } else if distance_ <= CONTACT_OFFSET {
+                touch(node, f, tool, q, arm, normal, 1.0, &taken);
+            }
+        }
+    }
+    return taken;
+}
+
+// Folded masses at a node, in any block, of the clay in front of a sheet and behind it.
+fn masses_about(n: vec3i, sheet: u32) -> vec2f {
+    var m = vec2f(0.0);
+    let slot = slot_of(n);
+    if slot == 0u { return m; }
+    for (var c = 1u; c < CLASSES; c++) {
+        let key = key_at(slot - 1u, c);
+        if key == 0u { break; }
+        let side = side_of(key, sheet);
+        let mass = bitcast<f32>(cuts[masses_place(slot - 1u, c, local_index(n))]);
+        m += vec2f(select(0.0, mass, side > 0), select(0.0, mass, side < 0));
+    }
+    return m;
+}
+
+// Normal of a kept cut at a node, from back to front, not normalised: the gradient of the front's share of the tagged mass.
+fn cut_gradient(n: vec3i, sheet: u32) -> vec3f {
+    let here = masses_about(n, sheet);
+    let dx = masses_about(n + vec3i(1, 0, 0), sheet) - masses_about(n - vec3i(1, 0, 0), sheet);
+    let dy = masses_about(n + vec3i(0, 1, 0), sheet) - masses_about(n - vec3i(0, 1, 0), sheet);
+    let dz = masses_about(n + vec3i(0, 0, 1), sheet) - masses_about(n - vec3i(0, 0, 1), sheet);
+    let share = here / (here.x + here.y);
+    return 0.5 * (share.y * vec3f(dx.x, dy.x, dz.x) - share.x * vec3f(dx.y, dy.y, dz.y));
+}
+
+// The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands between them, which acts on both.
+fn pair_normal(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < (*node).division_count; i++) {
+        if (((a ^ b) >> i) & 1u) == 0u { continue; }
+        let gradient = cut_gradient(n, (*node).divisions[i].sheet);
+        let size = length(gradient);
+        if (*node).divisions[i].blade != NO_BLADE || size == 0.0 { return vec3f(0.0); }
+        sum += f32(field_side(node, i, b)) / size * gradient;
+    }
+    let size = length(sum);
+    return select(sum / size, vec3f(0.0), size == 0.0);
+}
+
+// Two fields exchange momentum while they approach along the normal, from a to b.
+fn exchange(node: ptr<function, Node>, a: u32, b: u32, normal: vec3f) {
+    let masses = vec2f((*node).mass[a], (*node).mass[b]);
+    let relative = (*node).v[b] - (*node).v[a];
     let approach = dot(relative, normal);
     if approach >= 0.0 { return; }
     let slide = relative - approach * normal;
     let speed = length(slide);
     var push = -approach * normal;
     if speed > 0.0 { push -= slide / speed * min(speed, -approach * CUT_FRICTION); }
-    let impulse = m[f] * m[b] / (m[f] + m[b]) * push;
-    (*node).v[f] += impulse / m[f];
-    (*node).v[b] -= impulse / m[b];
+    let impulse = masses.x * masses.y / (masses.x + masses.y) * push;
+    (*node).v[b] += impulse / masses.y;
+    (*node).v[a] -= impulse / masses.x;
+}
+
+// All pairs of fields in the order of what they are beyond.
+fn exchange_all(node: ptr<function, Node>, n: vec3i) {
+    for (var b = 1u; b < (1u << (*node).division_count); b++) {
+        let to = field_beyond(node, b);
+        if to == CLASSES { continue; }
+        for (var a = 0u; a < b; a++) {
+            let from_ = field_beyond(node, a);
+            if from_ == CLASSES { continue; }
+            let normal = pair_normal(node, n, a, b);
+            if any(normal != vec3f(0.0)) { exchange(node, from_, to, normal); }
+        }
+    }
+}
+
+// The field with mass that is beyond these divisions; CLASSES if there is none.
+fn field_beyond(node: ptr<function, Node>, beyond: u32) -> u32 {
+    for (var f = 0u; f < CLASSES; f++) {
+        if (*node).leader[f] == f && (*node).beyond[f] == beyond && (*node).mass[f] > 0.0 { return f; }
+    }
+    return CLASSES;
 }

@@ -103,6 +103,9 @@ impl<'a> Encoding<'a> {
             if blades {
                 passes.push((Id::Tags, v));
             }
+            if cuts {
+                passes.extend([(Id::Classes, v), (Id::SortClasses, v)]);
+            }
             passes.push((Id::P2g, v));
             if separating {
                 passes.push((Id::Touching, v));
@@ -123,7 +126,11 @@ impl<'a> Encoding<'a> {
             }
         }
         if part.ends {
-            self.pass(encoder, Some(Stretch::Report), &[(Id::Store, v), (Id::Total, v), (Id::Mass, v)]);
+            let mut passes = vec![(Id::Store, v), (Id::Total, v), (Id::Mass, v)];
+            if cuts && self.work.params.weld_step > 0 {
+                passes.insert(0, (Id::Weld, v));
+            }
+            self.pass(encoder, Some(Stretch::Report), &passes);
         }
     }
 

@@ -9,7 +9,8 @@ const WALL_SEPARATE: u32 = 2u;
 
 struct Sums { c: array<vec4f, CLASSES> } // momentum and mass of each class
 
-var<workgroup> folded_sums: array<vec4f, 64u * CLASSES>;
+var<workgroup> totals: array<vec4f, 64>; // of all classes
+var<workgroup> exchanged: array<vec4f, 64>; // one class after the other
 
 fn own_sums(slot: u32, k: u32) -> Sums {
     var own: Sums;
@@ -56,13 +57,9 @@ fn reflected(kind: u32, axis: u32, v: vec3f) -> vec3f {
     return r;
 }
 
+// Momentum along the inward normal and mass of all classes.
 fn total_at(k: u32, axis: u32, inward: f32) -> vec2f {
-    var total = vec2f(0.0);
-    for (var c = 0u; c < CLASSES; c++) {
-        let q = folded_sums[c * 64u + k];
-        total += vec2f(q[axis] * inward, q.w);
-    }
-    return total;
+    return vec2f(totals[k][axis] * inward, totals[k].w);
 }
 
 // Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
@@ -85,25 +82,24 @@ struct Folding { sums: Sums, folds: u32 } // bit a: the node's column along axis
 fn fold(own: Sums, block: vec3i, k: u32) -> Folding {
     var here = own;
     var folds = 0u;
-    for (var c = 0u; c < CLASSES; c++) {
-        folded_sums[c * 64u + k] = here.c[c];
-    }
-    workgroupBarrier();
     for (var axis = 0u; axis < 3u; axis++) {
-        let w = column(axis, block, k);
-        if w.is_wall && (w.kind != WALL_SEPARATE || reaction(w, axis) > 0.0) {
-            folds |= 1u << axis;
-            for (var c = 0u; c < CLASSES; c++) {
-                let ghost = folded_sums[c * 64u + w.ghost];
-                if w.role == 2u { here.c[c] += vec4f(reflected(w.kind, axis, ghost.xyz), ghost.w); }
-                if w.role == 0u { here.c[c] = vec4f(0.0); }
-            }
-        }
-        workgroupBarrier();
+        var total = vec4f(0.0);
         for (var c = 0u; c < CLASSES; c++) {
-            folded_sums[c * 64u + k] = here.c[c];
+            total += here.c[c];
         }
+        totals[k] = total;
         workgroupBarrier();
+        let w = column(axis, block, k);
+        let is_folded = w.is_wall && (w.kind != WALL_SEPARATE || reaction(w, axis) > 0.0);
+        folds |= u32(is_folded) << axis;
+        for (var c = 0u; c < CLASSES; c++) {
+            exchanged[k] = here.c[c];
+            workgroupBarrier();
+            let ghost = exchanged[w.ghost];
+            if is_folded && w.role == 2u { here.c[c] += vec4f(reflected(w.kind, axis, ghost.xyz), ghost.w); }
+            if is_folded && w.role == 0u { here.c[c] = vec4f(0.0); }
+            workgroupBarrier();
+        }
     }
     return Folding(here, folds);
 }

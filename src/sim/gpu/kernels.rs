@@ -2,7 +2,8 @@
 
 use super::device::{GpuError, guarded};
 use super::pass::{Id, PASSES};
-use super::wgsl::{Binding, bindings, compose};
+use super::wgsl::{Binding, CLASSES, bindings, compose};
+use std::sync::OnceLock;
 
 /// A pass ready to run.
 #[derive(Debug)]
@@ -12,7 +13,40 @@ pub(super) struct Kernel {
     pub bindings: Vec<Binding>,
 }
 
-/// The passes for clay without cuts (one class of particles) or with cuts (three).
+/// The passes for each of [`CLASSES`], compiled when they are first asked for.
+#[derive(Debug)]
+pub(super) struct KernelSets {
+    device: wgpu::Device,
+    sets: [OnceLock<Kernels>; CLASSES.len()],
+}
+
+impl KernelSets {
+    /// Compiles those of clay with at most one cut in one place; seconds on software adapters.
+    ///
+    /// # Errors
+    /// What the device refused.
+    pub(super) fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
+        let sets = Self { device: device.clone(), sets: Default::default() };
+        sets.get(CLASSES[0])?;
+        sets.get(CLASSES[1])?;
+        Ok(sets)
+    }
+
+    /// The passes for at least so many classes.
+    ///
+    /// # Errors
+    /// What the device refused.
+    pub(super) fn get(&self, classes: u32) -> Result<&Kernels, GpuError> {
+        let index = CLASSES.iter().position(|c| *c >= classes).unwrap_or(CLASSES.len() - 1);
+        if let Some(kernels) = self.sets[index].get() {
+            return Ok(kernels);
+        }
+        let compiled = Kernels::new(&self.device, CLASSES[index])?;
+        Ok(self.sets[index].get_or_init(|| compiled))
+    }
+}
+
+/// The passes for clay of so many classes.
 #[derive(Debug)]
 pub(super) struct Kernels {
     pub classes: u32,
@@ -24,7 +58,7 @@ impl Kernels {
     ///
     /// # Errors
     /// What the device refused.
-    pub(super) fn new(device: &wgpu::Device, classes: u32) -> Result<Self, GpuError> {
+    fn new(device: &wgpu::Device, classes: u32) -> Result<Self, GpuError> {
         let compile = |pass: &super::pass::Pass| {
             let is_needed = classes > 1 || !pass.is_for_cuts;
             is_needed.then(|| guarded(device, &format!("pass {}", pass.name), || kernel(device, pass, classes))).transpose()

@@ -1,5 +1,6 @@
 //! Rust twins of the WGSL structs. A test compares every offset with what naga computes from the text.
 
+use super::super::cut::WeldRule;
 use super::super::engine::FramePlan;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, Wall};
@@ -26,6 +27,8 @@ pub(super) mod flag {
     pub(in super::super) const OVERFLOW: u32 = 1 << 3;
     /// More blocks than there is room for.
     pub(in super::super) const CAPACITY: u32 = 1 << 4;
+    /// More classes of clay about a cut's block than there is room for.
+    pub(in super::super) const CROWDED: u32 = 1 << 5;
 }
 
 /// `Params` of prelude.wgsl.
@@ -70,6 +73,10 @@ pub(super) struct Params {
     pub averaging_last: f32,
     pub averaging_last_at: u32,
     pub adhesion: f32,
+    pub blades: u32,
+    pub weld_stress: f32,
+    pub weld_step: u32,
+    pub spare: u32,
 }
 
 /// What a frame's parameters are made of.
@@ -112,6 +119,7 @@ impl Params {
             _ => (0.0, 0.0, f64::INFINITY),
         };
         let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
+        let weld = WeldRule::of(plan);
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
         Self {
             blocks: domain.blocks().to_array(),
@@ -153,6 +161,10 @@ impl Params {
             // Of an earlier submission it wraps to where no substep is.
             averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
             adhesion: ((m.shear_strength() * dt * dt / (plan.inertial_density() * dx * dx)) as f32).min(YIELD_NORM_MAX),
+            blades: plan.tools.iter().enumerate().map(|(i, t)| u32::from(t.tool.shape.is_blade()) << i).sum(),
+            weld_stress: weld.map_or(0.0, |rule| scale * rule.stress) as f32,
+            weld_step: weld.map_or(0, |rule| rule.step.into()),
+            spare: 0,
         }
     }
 }
@@ -209,7 +221,7 @@ impl GpuTool {
             end_offset: (b - cell(b).as_dvec3()).as_vec3().to_array(),
             contact,
             start_cell: cell(a).to_array(),
-            sheet: u32::from(path.sheet()),
+            sheet: u32::from(path.sheet_id()),
             start_offset: (a - cell(a).as_dvec3()).as_vec3().to_array(),
             friction: friction as f32,
             end_rotation: columns(s),
@@ -243,7 +255,7 @@ pub(super) struct ToolCount {
     pub tagged: u32,
     pub pushed_back: u32,
     pub depth: f32,
-    pub spare: u32,
+    pub displaced: u32,
 }
 
 /// `Status` of prelude.wgsl.
@@ -258,6 +270,9 @@ pub(super) struct Status {
     pub substep: u32,
     pub node_mass: u32,
     pub reach_met: u32,
+    pub crowded: u32,
+    pub welded: u32,
+    pub sheets: [u32; 8],
     pub tools: [ToolCount; TOOLS_MAX as usize],
 }
 

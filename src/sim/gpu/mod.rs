@@ -38,7 +38,7 @@ use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, Surfa
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
 use device::guarded;
-use kernels::Kernels;
+use kernels::KernelSets;
 use solver::{Latest, Share, Solver};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -69,7 +69,7 @@ pub struct GpuLink {
 struct Shared {
     device: GpuDevice,
     /// Without and with cuts.
-    kernels: [Arc<Kernels>; 2],
+    kernels: Arc<KernelSets>,
     /// Plans handed in since the last encoding. Never held for long.
     inbox: Mutex<Vec<(FramePlan, u64)>>,
     /// Held while passes are recorded.
@@ -113,9 +113,7 @@ impl GpuEngine {
     /// # Errors
     /// A device that refuses the shaders.
     pub fn new(device: GpuDevice) -> Result<Self, GpuError> {
-        let kernels = [1, 3].map(|classes| Kernels::new(&device.device, classes));
-        let [plain, cut] = kernels;
-        let kernels = [Arc::new(plain?), Arc::new(cut?)];
+        let kernels = Arc::new(KernelSets::new(&device.device)?);
         let shared = Shared { device, kernels, inbox: Mutex::default(), solver: Mutex::default(), fault: Mutex::default() };
         Ok(Self {
             link: GpuLink { shared: Arc::new(shared), share: Share::All },

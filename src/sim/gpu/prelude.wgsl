@@ -40,13 +40,16 @@ struct Params {
     averaging_last: f32, // the same at the frame's last averaging, which stands for fewer substeps
     averaging_last_at: u32, // the substep of this submission, from 1, that it is in
     adhesion: f32, // velocity that the clay's shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
+    blades: u32, // which tools are blades, a bit each
+    weld_stress: f32, // compression across a cut at which its sides grow together, as the stress is scaled
+    weld_step: u32, // what a frame adds to the count of a pressed tag; 0 where nothing grows together
 }
 
 struct ToolCount {
     tagged: atomic<u32>,
     pushed_back: atomic<u32>,
     depth: atomic<u32>, // f32 bits, not negative
-    spare: u32,
+    displaced: atomic<u32>,
 }
 
 // Flags stop every later pass until the host has acted on them; counters are of one frame.
@@ -59,6 +62,9 @@ struct Status {
     substep: atomic<u32>, // of the present submission, from 1
     node_mass: atomic<u32>, // greatest of a node and class, fixed point
     reach_met: atomic<u32>, // whether the bound on speed was
+    crowded: atomic<u32>, // whether a key found no room in a block
+    welded: atomic<u32>, // sides of cuts that grew together
+    sheets: array<atomic<u32>, 8>, // that particles have a side of, a bit each
     tools: array<ToolCount, TOOLS_MAX>,
 }
 

@@ -1,6 +1,7 @@
 //! Sums that came back from the device -> a frame's report, in f64 and SI.
 
 use super::super::engine::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
+use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
@@ -96,6 +97,12 @@ pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Pa
 pub(super) fn add_status(report: &mut FrameReport, plan: &FramePlan, status: &Status) {
     report.speed_max = status.speed.into();
     report.clamped = status.clamped.into();
+    report.welded = status.welded.into();
+    let has = |sheet: &u8| status.sheets[usize::from(sheet / 32)] >> (sheet % 32) & 1 == 1;
+    report.sheets = (1..=u8::MAX).filter(has).collect();
+    if status.crowded != 0 {
+        report.health.insert(Health::CROWDED);
+    }
     report.tools = plan
         .tools
         .iter()
@@ -103,6 +110,7 @@ pub(super) fn add_status(report: &mut FrameReport, plan: &FramePlan, status: &St
         .map(|(path, count)| ToolReport {
             id: path.id,
             tagged: count.tagged.into(),
+            displaced: count.displaced.into(),
             pushed_back: count.pushed_back.into(),
             depth_max: count.depth.into(),
             ..ToolReport::default()

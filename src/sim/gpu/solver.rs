@@ -9,12 +9,13 @@ use super::super::sums::{ParticleSums, judge};
 use super::buffers::{self, Buffers, NodeSize};
 use super::device::{GpuError, guarded};
 use super::encode::{Encoding, Part, Work};
-use super::kernels::Kernels;
+use super::kernels::KernelSets;
 use super::layout::{Params, ParamsInput, Status, flag};
 use super::plan::{Forecast, Scales, interval};
 use super::readback::{Progress, Readback};
 use super::report::{start_sums, sums};
 use super::stamps::Stamps;
+use super::wgsl::CLASSES;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
@@ -120,14 +121,14 @@ pub(super) struct Solver {
     queue: wgpu::Queue,
     domain: Domain,
     buffers: Buffers,
-    kernels: [Arc<Kernels>; 2],
+    kernels: Arc<KernelSets>,
     stamps: Option<Stamps>,
     frames: VecDeque<Frame>,
     /// The records that hold the end of the last reported frame.
     source: usize,
     clears_flags: bool,
-    /// Whether particles have, or may have by now, sides.
-    has_cuts: bool,
+    /// Classes of clay that may meet in one place: 1 until a particle can have a side.
+    classes: u32,
     mass_unit: f64,
     /// What is known at the ends of the frames before the next, by the parity of their number.
     forecasts: [Forecast; 2],
@@ -163,15 +164,15 @@ impl Solver {
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        kernels: [Arc<Kernels>; 2],
+        kernels: Arc<KernelSets>,
         snapshot: &Snapshot,
         particles: Vec<Particle>,
         quarantined: Vec<u32>,
     ) -> Result<Self, GpuError> {
         let domain = snapshot.domain;
-        let has_cuts = particles.iter().any(|p| p.tags[0].side != 0);
+        let has_cuts = particles.iter().flat_map(|p| p.tags).any(|t| t.side != 0);
         let count = u32::try_from(particles.len()).unwrap_or(u32::MAX);
-        let classes = if has_cuts { 3 } else { 1 };
+        let classes = CLASSES[usize::from(has_cuts)];
         let size = NodeSize { slots: buffers::slot_capacity(buffers::block_count(&particles)), classes, tools: 1 };
         buffers::check_limits(&device.limits(), count, &domain, size)?;
         let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
@@ -188,7 +189,7 @@ impl Solver {
             frames: VecDeque::new(),
             source: 0,
             clears_flags: true,
-            has_cuts,
+            classes,
             mass_unit,
             forecasts: [forecast; 2],
             reported: 0,
@@ -296,7 +297,7 @@ impl Solver {
             steps: part.total,
             first_step: part.first,
         });
-        let kernels = &self.kernels[usize::from(self.buffers.size.classes > 1)];
+        let kernels = self.kernels.get(self.buffers.size.classes)?;
         let (device, queue, buffers) = (&self.device, &self.queue, &self.buffers);
         let clears_flags = std::mem::take(&mut self.clears_flags);
         let (domain, plan) = (&self.domain, &frame.plan);
@@ -324,9 +325,11 @@ impl Solver {
     /// Makes the buffers of nodes fit the frame: classes for a cut, poses for its tools.
     fn make_room(&mut self, index: usize) -> Result<(), GpuError> {
         let plan = &self.frames[index].plan;
-        self.has_cuts |= plan.tools.iter().any(|t| t.tool.shape.is_blade());
+        if plan.tools.iter().any(|t| t.tool.shape.is_blade()) {
+            self.classes = self.classes.max(CLASSES[1]);
+        }
         let tools = self.buffers.size.tools.max(plan.tools.len() as u32);
-        let size = NodeSize { classes: if self.has_cuts { 3 } else { 1 }, tools, ..self.buffers.size };
+        let size = NodeSize { classes: self.classes, tools, ..self.buffers.size };
         // Only between frames: a frame's impulses are summed up in one buffer.
         if size == self.buffers.size || self.frames[index].done > 0 { Ok(()) } else { self.resize(size) }
     }
@@ -380,7 +383,7 @@ impl Solver {
         let tools = self.buffers.size.tools.min(frame.plan.tools.len() as u32) as usize;
         super::report::add_impulses(&mut report, &frame.plan, &self.domain, self.mass_unit, &readback.impulses(), tools);
         super::report::add_grid_mass(&mut report, &frame.plan, self.mass_unit, frame.scales.mass, &readback.masses());
-        report.health = frame.health;
+        report.health.insert(frame.health);
         judge(&mut report, &self.quarantined);
         if let Some(stamps) = &self.stamps {
             report.timings = stamps.timings(&readback.stamps(), steps, steps.div_ceil(frame.interval));
@@ -433,9 +436,16 @@ impl Solver {
                 let mass_max = self.forecasts[0].mass_max;
                 frame.scales = frame.scales.relaxed(status.reach_met != 0, 2 * status.cell_count, 1.5 * node_mass, mass_max);
             }
+            let mut size = self.buffers.size;
             if has(flag::CAPACITY) {
-                let slots = buffers::slot_capacity(status.slot_count as usize);
-                return self.resize(NodeSize { slots, ..self.buffers.size }).map(|()| None);
+                size.slots = buffers::slot_capacity(status.slot_count as usize);
+            }
+            if has(flag::CROWDED) {
+                self.classes = CLASSES.into_iter().find(|c| *c > size.classes).unwrap_or(size.classes);
+                size.classes = self.classes;
+            }
+            if size != self.buffers.size {
+                return self.resize(size).map(|()| None);
             }
             return Ok(None);
         }

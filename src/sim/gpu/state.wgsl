@@ -26,9 +26,18 @@ fn weight(f: f32, k: i32) -> f32 {
     return select(0.5 * e * e, 0.75 - d * d, k == 1);
 }
 
-// 0 untagged, 1 front, 2 back, from the packed tags (sheet, side, sheet, side).
-fn class_of(tags: u32) -> u32 {
+// One tag (sheet, side): 0 for none, else the sheet and whether it is the front.
+fn side_code(tag: u32) -> u32 {
+    let side = (tag >> 8u) & 255u;
+    let sheet = tag & 255u;
+    return select((sheet << 1u) | u32(side < 128u), 0u, side == 0u || sheet == 0u);
+}
+
+// On which sides of which cuts, from the packed tags (sheet, side, sheet, side): the codes of both, the higher sheet first; 0 near no cut.
+fn key_of(tags: u32) -> u32 {
     if CLASSES == 1u { return 0u; }
-    let side = (tags >> 8u) & 255u;
-    return select(select(2u, 1u, side < 128u), 0u, side == 0u);
+    let a = side_code(tags & 0xffffu);
+    let b = side_code(tags >> 16u);
+    if (a >> 1u) == (b >> 1u) { return a << 16u; }
+    return (max(a, b) << 16u) | min(a, b);
 }

@@ -12,8 +12,8 @@ fn slots_along_z(n: vec3i) -> vec2u {
     return vec2u(slot_of(n), slot_of(n + vec3i(0, 0, 2)));
 }
 
-// That of the z-th of them.
-fn slot_at(slots: vec2u, n: vec3i, z: i32) -> u32 {
+// What belongs to the z-th of them, of what belongs to the first and the last.
+fn at_z(slots: vec2u, n: vec3i, z: i32) -> u32 {
     return select(slots.y, slots.x, ((n.z + z) >> 2u) == (n.z >> 2u));
 }
 

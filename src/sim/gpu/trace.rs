@@ -1,7 +1,8 @@
 //! Nodes read back after one substep, waiting for the device: for tests of single passes.
 
+use super::super::cut::CutKey;
 use super::super::engine::{Engine, EngineError, FramePlan};
-use super::super::snapshot::Snapshot;
+use super::super::snapshot::{Snapshot, Tag};
 use super::super::trace::TracedNode;
 use super::{GpuDevice, GpuEngine, lock};
 use bytemuck::{Pod, pod_collect_to_vec};
@@ -27,19 +28,24 @@ impl GpuEngine {
         let velocities: Vec<[f32; 4]> = read(device, &buffers.velocities)?;
         let blocks: Vec<u32> = read(device, &buffers.blocks)?;
         let classes = buffers.size.classes as usize;
+        let cuts: Vec<u32> = if classes > 1 { read(device, &buffers.cuts)? } else { vec![] };
         let mass_unit = density * solver.mass_unit();
         let speed_unit = snapshot.domain.cell_width / dt;
         let mut nodes = vec![];
         for (slot, block) in blocks.iter().enumerate().take(status[0].slot_count as usize) {
             let low = IVec3::new((block & 1023) as i32, (block >> 10 & 1023) as i32, (block >> 20) as i32) * 4;
             for class in 0..classes {
+                let packed = if class == 0 { 0 } else { cuts[slot * (classes - 1) * 65 + class - 1] };
+                if class > 0 && packed == 0 {
+                    continue;
+                }
                 for k in 0..64usize {
                     let at = (slot * classes + class) * 64 + k;
                     let [x, y, z, m] = sums[at].map(f64::from);
                     let v = velocities[at].map(f64::from);
                     nodes.push(TracedNode {
                         node: low + IVec3::new(k as i32 / 16, k as i32 / 4 % 4, k as i32 % 4),
-                        class,
+                        key: key_of(packed),
                         mass: m / f64::from(scales.mass) * mass_unit,
                         momentum: DVec3::new(x, y, z) * (mass_unit * speed_unit / f64::from(scales.momentum)),
                         velocity: DVec3::new(v[0], v[1], v[2]) * speed_unit,
@@ -49,6 +55,12 @@ impl GpuEngine {
         }
         Ok(nodes)
     }
+}
+
+/// The key that a block's list holds packed: a code of sheet and front for each of two sides.
+fn key_of(packed: u32) -> CutKey {
+    let tag = |code: u32| Tag { sheet: (code >> 1) as u8, side: if code == 0 { 0 } else { 2 * (code & 1) as i8 - 1 } };
+    CutKey::of([tag(packed >> 16), tag(packed & 0xffff)])
 }
 
 /// A buffer's content.

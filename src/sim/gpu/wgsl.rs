@@ -1,5 +1,6 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
+use super::super::cut::{MEETING_SHARE, WELD_PARTS};
 use super::super::params::WALL_TOUCH;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
@@ -12,6 +13,10 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Numbers that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 
+/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front, back), about two that cross, and about three
+/// (19) with some room.
+pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
+
 /// Texts shared by passes.
 pub(super) mod part {
     pub(in super::super) const STATE: &str = include_str!("state.wgsl");
@@ -22,9 +27,15 @@ pub(super) mod part {
     pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
     pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
+    /// The classes of each block, read.
+    pub(in super::super) const CUTS: &str =
+        concat!("@group(0) @binding(16) var<storage, read> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
+    /// The same, written.
+    pub(in super::super) const CUTS_WRITTEN: &str =
+        concat!("@group(0) @binding(16) var<storage, read_write> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
 }
 
-/// The whole text of `pass` for clay with (3) or without (1) cuts.
+/// The whole text of `pass` for so many [classes](CLASSES) of clay.
 pub(super) fn compose(pass: &Pass, classes: u32) -> String {
     let mut text = String::new();
     let unsigned = [
@@ -39,6 +50,9 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("MARGIN", flag::MARGIN),
         ("OVERFLOW", flag::OVERFLOW),
         ("CAPACITY", flag::CAPACITY),
+        ("CROWDED", flag::CROWDED),
+        ("WELD_PARTS", WELD_PARTS as u32),
+        ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
     ];
     for (name, value) in unsigned {
         // Writing to a string does not fail.
@@ -48,6 +62,7 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("BAND", BAND),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
+        ("MEETING_SHARE", MEETING_SHARE),
         ("TOUCH_FADE", TOUCH_FADE),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
         ("TOUCH_SHARE", TOUCH_SHARE),
@@ -102,7 +117,7 @@ mod tests {
     #[test]
     fn passes_are_valid() {
         for pass in PASSES {
-            for classes in [1, 3] {
+            for classes in CLASSES {
                 if classes == 1 && pass.is_for_cuts {
                     continue;
                 }
@@ -208,6 +223,9 @@ mod tests {
                 averaging_last,
                 averaging_last_at,
                 adhesion,
+                blades,
+                weld_stress,
+                weld_step,
             ]
         );
         twin!(
@@ -232,8 +250,13 @@ mod tests {
                 spare,
             ]
         );
-        twin!(&grid, ToolCount, "ToolCount", [tagged, pushed_back, depth, spare]);
-        twin!(&grid, Status, "Status", [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, tools]);
+        twin!(&grid, ToolCount, "ToolCount", [tagged, pushed_back, depth, displaced]);
+        twin!(
+            &grid,
+            Status,
+            "Status",
+            [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, crowded, welded, sheets, tools]
+        );
         twin!(&text("total"), Total, "Total", [momentum, momentum_size, angular, kinetic, strain, mass, ratio, reach, spare,]);
     }
 }

@@ -5,7 +5,7 @@
 use super::contact::Moment;
 use super::law;
 use super::passes::{ParticleStep, work};
-use super::state::{Cold, Hot, State, split, strains};
+use super::state::{Cold, Hot, State, strains};
 use rayon::prelude::*;
 
 /// Particles whose deviator is at least this share of the yield's [-] flow.
@@ -15,8 +15,7 @@ const FLOWING: f32 = 0.99;
 pub(super) fn average_volumes(s: &ParticleStep<'_>, state: &mut State, share: f64) {
     work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs).into_par_iter().for_each(|w| {
         let is_softened = s.softens(w.block);
-        let classes = split(w.hot, &w.run.counts).into_iter().zip(split(w.cold, &w.run.counts));
-        for (hot, cold) in classes.filter(|(hot, _)| hot.len() > 1) {
+        for (_, hot, cold) in w.run.classes(w.hot, w.cold).filter(|(_, hot, _)| hot.len() > 1) {
             let logs = flowing_logs(s, hot, cold, is_softened);
             let mut first = 0;
             for cell in hot.chunk_by_mut(|a, b| a.cell == b.cell) {

@@ -40,7 +40,7 @@ impl ToolNow {
             ToolShape::Blade { half_width, half_height } => Some(Blade { half_width, half_height, band: BAND, motion }),
             _ => None,
         };
-        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet(), growth }
+        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet_id(), growth }
     }
 
     /// Where the tool is then.

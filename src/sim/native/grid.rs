@@ -2,6 +2,7 @@
 //!
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
 
+use super::super::cut::CutKey;
 use super::super::engine::FramePlan;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
@@ -23,30 +24,56 @@ pub(super) const fn local(x: i32, y: i32, z: i32) -> usize {
     ((x * 4 + y) * 4 + z) as usize
 }
 
-/// What one scatter left: a tile per block and, at cuts, one for each side.
+/// What one scatter left: a tile per block with particles, and one for each class of tagged particles in it.
 #[derive(Debug)]
 pub(super) struct Tiles {
     /// The table that was in force at the scatter.
     pub table: Arc<Table>,
-    /// Sums of the untagged particles of each block with particles.
+    /// Sums of the untagged particles of each block.
     pub untagged: Vec<Tile>,
-    /// Index + 1 into `sides` of each block with particles; 0 where there is no cut.
-    pub side_slot: Vec<u32>,
-    /// Sums of the front and of the back particles.
-    pub sides: Vec<[Tile; 2]>,
+    /// Sums of the tagged ones, block by block, in the order of the classes' keys.
+    pub tagged: Vec<(CutKey, Tile)>,
+    /// Where each block's part of `tagged` starts, and where the last one ends.
+    pub first_tagged: Vec<usize>,
+}
+
+impl Tiles {
+    pub(super) fn new(table: Arc<Table>) -> Self {
+        Self { table, untagged: vec![], tagged: vec![], first_tagged: vec![] }
+    }
+
+    /// The tiles of the tagged particles of a block.
+    fn tagged_of(&self, slot: usize) -> &[(CutKey, Tile)] {
+        let bound = |i: usize| self.first_tagged.get(i).copied().unwrap_or(self.tagged.len());
+        &self.tagged[bound(slot)..bound(slot + 1)]
+    }
 }
 
 /// The nodes of all blocks.
 #[derive(Debug, Default)]
 pub(super) struct Grid {
-    /// Velocity [cells/substep] and mass of untagged clay's field; of all clay where there is no cut.
+    /// Velocity [cells/substep] of untagged clay and its mass; all clay where there is no cut.
     pub nodes: Vec<Nodes>,
-    /// Index + 1 into `sides` of each block; 0 where there is no cut.
-    pub side_slot: Vec<u32>,
-    /// Velocity and mass of the front and back fields.
-    pub sides: Vec<[Nodes; 2]>,
-    /// Masses of front and back, read for the normal of a cut.
-    side_mass: Vec<[[f32; 64]; 2]>,
+    /// Index + 1 into `cuts` of each block; 0 where no tagged particle is near.
+    cut_slot: Vec<u32>,
+    cuts: Vec<CutBlock>,
+}
+
+/// The nodes of the tagged classes in a block.
+#[derive(Debug, Default)]
+pub(super) struct CutBlock {
+    /// The classes, in the order of their keys.
+    pub keys: Vec<CutKey>,
+    /// Velocity and mass of each class.
+    pub nodes: Vec<Nodes>,
+}
+
+/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts are made of.
+pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
+
+/// Mass at a node of the clay on one side of a sheet.
+fn mass_on(classes: &ClassMasses, node: usize, sheet: u8, side: i8) -> f64 {
+    classes.iter().filter(|(key, _)| key.side(sheet) == side).map(|(_, masses)| f64::from(masses[node])).sum()
 }
 
 /// Constants of one substep's grid update.
@@ -156,9 +183,9 @@ impl GridReport {
 impl Grid {
     /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and tools there are.
     pub(super) fn update(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> GridReport {
-        self.mark_cuts(state, tiles);
+        self.find_cuts(state, tiles);
         self.nodes.resize(state.blocks.len(), [Node::default(); 64]);
-        let side_slot = &self.side_slot;
+        let cut_slot = &self.cut_slot;
         let plain: Vec<GridReport> = self
             .nodes
             .par_iter_mut()
@@ -167,10 +194,10 @@ impl Grid {
             .map(|(i, nodes)| {
                 let block = state.blocks[i];
                 sum(nodes, tiles, block, |slot| Some(&tiles.untagged[slot]));
-                if side_slot[i] != 0 {
+                if cut_slot[i] != 0 {
                     GridReport::default()
                 } else if step.special.is_some() || meeting.concerns(block) {
-                    special::update(nodes, None, block, step, meeting, &|_| [DVec3::ZERO; 2])
+                    special::update(nodes, None, block, step, meeting, &|_, _, _| 0.0)
                 } else {
                     let damping_impulse = damping_impulse(nodes, step);
                     GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
@@ -183,60 +210,84 @@ impl Grid {
         total
     }
 
+    /// The nodes of a block as the clay of `key` sees them.
+    pub(super) fn nodes_of(&self, slot: usize, key: CutKey) -> &Nodes {
+        let cut = self.cut_slot.get(slot).and_then(|s| s.checked_sub(1)).filter(|_| !key.is_untagged());
+        let of_class = |s: u32| {
+            let cut = &self.cuts[s as usize];
+            Some(&cut.nodes[cut.keys.binary_search(&key).ok()?])
+        };
+        cut.and_then(of_class).unwrap_or(&self.nodes[slot])
+    }
+
+    /// Mass at a node, as the particles brought it, of the clay on one side of a sheet.
+    pub(super) fn mass_on(&self, table: &Table, node: IVec3, sheet: u8, side: i8) -> f64 {
+        let block = node.div_euclid(IVec3::splat(4));
+        let Some(slot) = table.slot(block).and_then(|s| self.cut_slot.get(s)?.checked_sub(1)) else { return 0.0 };
+        let (cut, at) = (&self.cuts[slot as usize], node - block * 4);
+        let classes = cut.keys.iter().zip(&cut.nodes).filter(|(key, _)| key.side(sheet) == side);
+        classes.map(|(_, nodes)| f64::from(nodes[local(at.x, at.y, at.z)].0[3])).sum()
+    }
+
     /// Sum of node masses.
     pub(super) fn mass(&self) -> f64 {
         let mass = |nodes: &Nodes| nodes.iter().map(|n| f64::from(n.0[3])).sum::<f64>();
-        self.nodes.iter().chain(self.sides.iter().flatten()).map(mass).sum()
+        self.nodes.iter().chain(self.cuts.iter().flat_map(|cut| &cut.nodes)).map(mass).sum()
     }
 
-    /// Finds the blocks that a tile of a cut reaches.
-    fn mark_cuts(&mut self, state: &State, tiles: &Tiles) {
-        self.side_slot.clear();
-        self.side_slot.resize(state.blocks.len(), 0);
+    /// Finds the blocks that tagged particles reach, and their classes there.
+    fn find_cuts(&mut self, state: &State, tiles: &Tiles) {
+        self.cut_slot.clear();
+        self.cut_slot.resize(state.blocks.len(), 0);
         let mut count = 0;
-        if !tiles.sides.is_empty() {
-            for (i, &block) in state.blocks.iter().enumerate() {
-                let reached =
-                    |o: IVec3| tiles.table.slot(block + o).is_some_and(|s| tiles.side_slot.get(s).is_some_and(|s| *s != 0));
-                if NEIGHBOURS.into_iter().any(reached) {
-                    count += 1;
-                    self.side_slot[i] = count;
-                }
+        let blocks: &[IVec3] = if tiles.tagged.is_empty() { &[] } else { &state.blocks };
+        for (i, &block) in blocks.iter().enumerate() {
+            let reaching = NEIGHBOURS.into_iter().filter_map(|o| tiles.table.slot(block + o));
+            let mut keys: Vec<CutKey> = reaching.flat_map(|slot| tiles.tagged_of(slot)).map(|t| t.0).collect();
+            if keys.is_empty() {
+                continue;
             }
+            keys.sort_unstable();
+            keys.dedup();
+            if self.cuts.len() == count {
+                self.cuts.push(CutBlock::default());
+            }
+            let cut = &mut self.cuts[count];
+            cut.nodes.resize(keys.len(), [Node::default(); 64]);
+            cut.keys = keys;
+            count += 1;
+            self.cut_slot[i] = count as u32;
         }
-        self.sides.resize(count as usize, [[Node::default(); 64]; 2]);
-        self.side_mass.resize(count as usize, [[0.0; 64]; 2]);
+        self.cuts.truncate(count);
     }
 
     fn update_cuts(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> Vec<GridReport> {
-        let cut: Vec<usize> = (0..state.blocks.len()).filter(|i| self.side_slot[*i] != 0).collect();
+        let blocks: Vec<usize> = (0..state.blocks.len()).filter(|i| self.cut_slot[*i] != 0).collect();
         let nodes = &self.nodes;
-        self.sides.par_iter_mut().zip(&mut self.side_mass).zip(&cut).for_each(|((sides, mass), &i)| {
-            for side in 0..2 {
-                sum(&mut sides[side], tiles, state.blocks[i], |slot| {
-                    let slot = tiles.side_slot[slot].checked_sub(1)?;
-                    Some(&tiles.sides[slot as usize][side])
+        let sum_classes = |(cut, &i): (&mut CutBlock, &usize)| -> ClassMasses {
+            for (key, nodes) in cut.keys.iter().zip(&mut cut.nodes) {
+                sum(nodes, tiles, state.blocks[i], |slot| {
+                    let tiles = tiles.tagged_of(slot);
+                    tiles.binary_search_by_key(key, |t| t.0).ok().map(|at| &tiles[at].1)
                 });
             }
-            *mass = special::side_masses(&nodes[i], sides, state.blocks[i], step, meeting.domain);
-        });
-        let (side_slot, side_mass) = (&self.side_slot, &self.side_mass);
-        let mass = |node: IVec3, side: usize| {
-            let block = node.div_euclid(IVec3::splat(4));
-            let slot = state.table.slot(block).and_then(|s| side_slot[s].checked_sub(1));
-            let at = node - block * 4;
-            slot.map_or(0.0, |s| f64::from(side_mass[s as usize][side][local(at.x, at.y, at.z)]))
+            special::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting.domain)
         };
-        let gradients = |node: IVec3| {
-            [0, 1].map(|side| 0.5 * DVec3::from_array(IVec3::AXES.map(|a| mass(node + a, side) - mass(node - a, side))))
+        let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
+        let cut_slot = &self.cut_slot;
+        let mass_on = |node: IVec3, sheet: u8, side: i8| {
+            let block = node.div_euclid(IVec3::splat(4));
+            let slot = state.table.slot(block).and_then(|s| cut_slot[s].checked_sub(1));
+            let at = node - block * 4;
+            slot.map_or(0.0, |s| mass_on(&masses[s as usize], local(at.x, at.y, at.z), sheet, side))
         };
         let mut nodes: Vec<&mut Nodes> =
-            self.nodes.iter_mut().enumerate().filter(|(i, _)| side_slot[*i] != 0).map(|(_, n)| n).collect();
+            self.nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
         nodes
             .par_iter_mut()
-            .zip(&mut self.sides)
-            .zip(&cut)
-            .map(|((nodes, sides), i)| special::update(nodes, Some(sides), state.blocks[*i], step, meeting, &gradients))
+            .zip(&mut self.cuts)
+            .zip(&blocks)
+            .map(|((nodes, cut), i)| special::update(nodes, Some(cut), state.blocks[*i], step, meeting, &mass_on))
             .collect()
     }
 }

@@ -14,6 +14,7 @@
 
 mod averaging;
 mod contact;
+mod division;
 mod grid;
 mod kernel;
 mod law;
@@ -25,6 +26,7 @@ mod state;
 mod stats;
 mod tags;
 mod touching;
+mod weld;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};

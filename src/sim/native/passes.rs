@@ -1,11 +1,12 @@
 //! The particle passes over all blocks: who gathers from which field and scatters to which tile.
 
+use super::super::cut::CutKey;
 use super::super::material::ClayMaterial;
 use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
 use super::grid::{Grid, Tiles, local};
 use super::kernel::{self, Place, Step, Tile};
-use super::state::{Class, Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
+use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
 use super::tags::{self, TagReport};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -90,16 +91,11 @@ pub(super) fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold
 }
 
 /// The 7^3 velocities about a block as a class sees them.
-fn arena(grid: &Grid, table: &Table, block: IVec3, class: Class) -> Tile {
+fn arena(grid: &Grid, table: &Table, block: IVec3, key: CutKey) -> Tile {
     let mut out = Tile::ZERO;
     for offset in NEIGHBOURS {
         let Some(slot) = table.slot(block + offset) else { continue };
-        let side = grid.side_slot.get(slot).and_then(|s| s.checked_sub(1));
-        let nodes = match (class, side) {
-            (Class::Front, Some(s)) => &grid.sides[s as usize][0],
-            (Class::Back, Some(s)) => &grid.sides[s as usize][1],
-            _ => &grid.nodes[slot],
-        };
+        let nodes = grid.nodes_of(slot, key);
         let range = |o: i32| match o {
             -1 => (3, 4, -4),
             0 => (0, 4, 0),
@@ -117,8 +113,6 @@ fn arena(grid: &Grid, table: &Table, block: IVec3, class: Class) -> Tile {
     out
 }
 
-const CLASSES: [Class; 3] = [Class::Untagged, Class::Front, Class::Back];
-
 /// Gathers blocks for which `is_chosen`, storing velocities; then tags them if `tag` is given. Returns particles clamped and the tag reports.
 pub(super) fn gather(
     s: &ParticleStep<'_>,
@@ -134,11 +128,9 @@ pub(super) fn gather(
         .into_par_iter()
         .map(|w| {
             let mut clamped = 0;
-            let hot = split(w.hot, &w.run.counts);
-            let cold = split(w.cold, &w.run.counts);
-            for ((class, hot), cold) in CLASSES.into_iter().zip(hot).zip(cold) {
+            for (key, hot, cold) in w.run.classes(&mut *w.hot, &mut *w.cold) {
                 if !hot.is_empty() {
-                    let velocity = arena(grid, &table, w.block, class);
+                    let velocity = arena(grid, &table, w.block, key);
                     clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
@@ -151,7 +143,7 @@ pub(super) fn gather(
 fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
     let report = tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold);
     if report.is_changed {
-        run.counts = tags::regroup(hot, cold);
+        *run = tags::regroup(hot, cold);
     }
     report
 }
@@ -176,31 +168,26 @@ pub(super) fn scatter(
 ) -> u64 {
     make_room(state, tiles);
     let table = state.table.clone();
-    let mut sides = tiles.sides.iter_mut();
+    let lengths: Vec<usize> = state.runs.iter().map(|run| run.tagged.len()).collect();
     let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
         .into_iter()
         .zip(&mut tiles.untagged)
-        .map(|(w, main)| {
-            let side = if tiles.side_slot[w.index] == 0 { None } else { sides.next() };
-            (w, main, side)
-        })
+        .zip(split(&mut tiles.tagged, &lengths))
         .collect();
     let clamped: Vec<u32> = tasks
         .into_par_iter()
         .with_min_len(4)
-        .map(|(w, main, sides)| {
+        .map(|((w, untagged), tagged)| {
             let mut clamped = 0;
             let is_gathered = is_gathered(w.index);
-            let hot = split(w.hot, &w.run.counts);
-            let cold = split(w.cold, &w.run.counts);
-            let tiles = std::iter::once(main).chain(sides.into_iter().flatten());
-            for (((class, hot), cold), tile) in CLASSES.into_iter().zip(hot).zip(cold).zip(tiles) {
+            let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
+            for ((key, hot, cold), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
                 if hot.is_empty() {
                     *tile = Tile::ZERO;
                 } else if is_gathered {
                     s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, tile));
                 } else {
-                    let velocity = arena(grid, &table, w.block, class);
+                    let velocity = arena(grid, &table, w.block, key);
                     clamped += s.at(w.block, Moment::End, |place| kernel::g2p2g(&s.step, place, hot, cold, &velocity, tile));
                 }
             }
@@ -210,17 +197,19 @@ pub(super) fn scatter(
     clamped.into_iter().map(u64::from).sum()
 }
 
-/// Sizes the tiles for the state's blocks; a block with tagged particles gets two more.
+/// Sizes the tiles for the state's blocks: one each, and one for each class of tagged particles.
 fn make_room(state: &mut State, tiles: &mut Tiles) {
     let old = std::mem::replace(&mut tiles.table, state.table.clone());
     state.recycle(old);
     tiles.untagged.resize(state.runs.len(), Tile::ZERO);
-    let mut count = 0;
-    tiles.side_slot.clear();
-    tiles.side_slot.extend(state.runs.iter().map(|run| {
-        let is_cut = run.counts[1] + run.counts[2] > 0;
-        count += u32::from(is_cut);
-        if is_cut { count } else { 0 }
-    }));
-    tiles.sides.resize(count as usize, [Tile::ZERO; 2]);
+    tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (CutKey::UNTAGGED, Tile::ZERO));
+    tiles.first_tagged.clear();
+    tiles.first_tagged.push(0);
+    for run in &state.runs {
+        let first = *tiles.first_tagged.last().unwrap_or(&0);
+        for (tile, class) in tiles.tagged[first..].iter_mut().zip(&run.tagged) {
+            tile.0 = class.0;
+        }
+        tiles.first_tagged.push(first + run.tagged.len());
+    }
 }

@@ -15,8 +15,9 @@ use super::passes::{self, ParticleStep};
 use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
-use super::tags::TagReport;
+use super::tags::{TagReport, Tagged};
 use super::touching::Touching;
+use super::weld;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -56,9 +57,11 @@ pub(super) struct Solver {
 #[derive(Default)]
 struct Tally {
     grid: GridReport,
-    tags: Vec<(u64, u64, f64)>,
+    tags: Vec<Tagged>,
     speed_max: f32,
     clamped: u64,
+    /// Tags of sides that grew together.
+    welded: u64,
     timings: Timings,
 }
 
@@ -80,7 +83,7 @@ impl Tally {
         for report in reports {
             self.tags.resize(report.tools.len(), Default::default());
             for (sum, t) in self.tags.iter_mut().zip(&report.tools) {
-                *sum = (sum.0 + t.0, sum.1 + t.1, sum.2.max(t.2));
+                sum.add(t);
             }
         }
         reports.iter().map(|r| r.moved_max).fold(0.0, f32::max)
@@ -97,7 +100,7 @@ impl Solver {
     /// A solver for particles that are finite and inside the domain's room.
     pub(super) fn new(domain: Domain, material: ClayMaterial, time: f64, particles: &[Particle], quarantined: Vec<u32>) -> Self {
         let state = State::new(&domain, particles);
-        let tiles = Tiles { table: state.table.clone(), untagged: vec![], side_slot: vec![], sides: vec![] };
+        let tiles = Tiles::new(state.table.clone());
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
         Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, sums, quarantined, start, fma: kernel::has_fma() }
@@ -171,6 +174,7 @@ impl Solver {
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
+                self.grow_together(&step, plan, dt, &mut tally);
             }
         }
         Ok(tally)
@@ -247,6 +251,15 @@ impl Solver {
         self.travel += speed;
         tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
         tally.timings.particles += began.elapsed().as_secs_f64();
+    }
+
+    /// Lets the sides of cuts that are pressed on each other grow together.
+    fn grow_together(&mut self, step: &Step, plan: &FramePlan, dt: f64, tally: &mut Tally) {
+        let stress_unit = plan.inertial_density() * (self.domain.cell_width / dt).powi(2) / 4.0;
+        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, stress_unit);
+        if tally.welded > 0 {
+            self.sort(tally);
+        }
     }
 
     fn near_blades(&self, tools: &[ToolNow]) -> Vec<bool> {
@@ -333,6 +346,8 @@ impl Solver {
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
+        report.welded = tally.welded;
+        report.sheets = self.state.sheets();
         report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
         report.health = health;
         judge(&mut report, &self.quarantined);
@@ -347,10 +362,10 @@ fn tool_reports(plan: &FramePlan, tally: &Tally, unit: f64, cell_width: f64, dur
     let per_time = if duration > 0.0 { 1.0 / duration } else { 0.0 };
     let report = |(i, path): (usize, &super::super::tool::ToolPath)| {
         let (impulse, angular, contacts) = tally.grid.tools.get(i).copied().unwrap_or((DVec3::ZERO, DVec3::ZERO, 0));
-        let (tagged, pushed_back, depth_max) = tally.tags.get(i).copied().unwrap_or_default();
+        let Tagged { taken: tagged, displaced, pushed_back, depth_max } = tally.tags.get(i).copied().unwrap_or_default();
         let (impulse, angular_impulse) = (impulse * unit, angular * unit * cell_width);
         let (force, torque) = (impulse * per_time, angular_impulse * per_time);
-        ToolReport { id: path.id, impulse, angular_impulse, force, torque, contacts, tagged, pushed_back, depth_max }
+        ToolReport { id: path.id, impulse, angular_impulse, force, torque, contacts, tagged, displaced, pushed_back, depth_max }
     };
     plan.tools.iter().enumerate().map(report).collect()
 }

@@ -2,10 +2,13 @@
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
+use super::super::cut::CutKey;
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::contact::ToolNow;
-use super::grid::{GridReport, GridStep, Nodes, local};
+use super::division::{Divisions, Fields};
+use super::grid::{ClassMasses, CutBlock, GridReport, GridStep, Nodes, local};
+use super::simd::Node;
 use super::touching::Touching;
 use glam::{DVec3, IVec3};
 
@@ -37,30 +40,6 @@ struct Sum {
 impl Sum {
     fn plus(self, other: Self) -> Self {
         Self { mass: self.mass + other.mass, momentum: self.momentum + other.momentum }
-    }
-}
-
-/// The classes of particles, as indices.
-const UNTAGGED: usize = 0;
-const FRONT: usize = 1;
-const BACK: usize = 2;
-
-/// The fields of a node, as indices: untagged clay and the owner's class, and the other class.
-const MAIN: usize = 0;
-const OTHER: usize = 1;
-
-/// Whether and how a node has two fields.
-#[derive(Clone, Copy, Default)]
-struct Division {
-    /// The class that moves with untagged clay; none at a whole node, where all classes move together.
-    owner: Option<usize>,
-    /// The blade in whose band the node stands: its index and the signed distance [cells].
-    blade: Option<(usize, f64)>,
-}
-
-impl Division {
-    fn field_of(&self, class: usize) -> usize {
-        if self.owner.is_some_and(|owner| class != UNTAGGED && class != owner) { OTHER } else { MAIN }
     }
 }
 
@@ -124,8 +103,10 @@ fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
 
 /// The class sums of a block: as the particles brought them, and with what walls folded onto or away from each node.
 struct Classes {
-    own: [[Sum; 3]; 64],
-    folded: [[Sum; 3]; 64],
+    /// Untagged clay first, then the tagged classes in order.
+    keys: Vec<CutKey>,
+    own: Vec<[Sum; 64]>,
+    folded: Vec<[Sum; 64]>,
     /// The columns that a wall acts on, in the order of folding.
     folds: Vec<Column>,
     /// The columns of clamped walls.
@@ -133,18 +114,16 @@ struct Classes {
 }
 
 impl Classes {
-    fn new(nodes: &Nodes, sides: Option<&[Nodes; 2]>, block: IVec3, step: &GridStep, domain: &Domain) -> Self {
-        let class = |k: usize, class: usize| {
-            let q = match (class, sides) {
-                (UNTAGGED, _) => nodes[k].0,
-                (_, Some(sides)) => sides[class - 1][k].0,
-                (_, None) => return Sum::default(),
-            };
-            let q = q.map(f64::from);
+    fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, domain: &Domain) -> Self {
+        let sum = |node: &Node| {
+            let q = node.0.map(f64::from);
             Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
         };
-        let own = std::array::from_fn(|k| std::array::from_fn(|c| class(k, c)));
-        let mut classes = Self { own, folded: own, folds: vec![], clamps: vec![] };
+        let sums = |nodes: &Nodes| std::array::from_fn(|k| sum(&nodes[k]));
+        let tagged = || cut.iter().flat_map(|cut| cut.keys.iter().zip(&cut.nodes));
+        let keys = std::iter::once(CutKey::UNTAGGED).chain(tagged().map(|t| *t.0)).collect();
+        let own: Vec<[Sum; 64]> = std::iter::once(nodes).chain(tagged().map(|t| t.1)).map(sums).collect();
+        let mut classes = Self { keys, folded: own.clone(), own, folds: vec![], clamps: vec![] };
         let is_clamped = step.special.is_some_and(|special| special.clamped_walls);
         for column in columns(block, domain) {
             if is_clamped {
@@ -159,7 +138,7 @@ impl Classes {
     /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
     fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
         let total = |k: usize| {
-            let sum = self.folded[k].iter().fold(Sum::default(), |s, c| s.plus(*c));
+            let sum = self.folded.iter().fold(Sum::default(), |s, class| s.plus(class[k]));
             (sum.mass, sum.momentum[c.axis] * c.inward)
         };
         let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (total(c.ghost), total(c.wall), total(c.mirror));
@@ -174,55 +153,72 @@ impl Classes {
     }
 
     fn fold(&mut self, column: Column) {
-        let ghost = std::mem::take(&mut self.folded[column.ghost]);
-        for (mirror, ghost) in self.folded[column.mirror].iter_mut().zip(ghost) {
-            *mirror = mirror.plus(Sum { momentum: column.reflect(ghost.momentum), ..ghost });
+        for class in &mut self.folded {
+            let ghost = std::mem::take(&mut class[column.ghost]);
+            class[column.mirror] = class[column.mirror].plus(Sum { momentum: column.reflect(ghost.momentum), ..ghost });
         }
         self.folds.push(column);
     }
+
+    /// The sheets of the classes and of the blades, each once, in order.
+    fn sheets(&self, tools: &[ToolNow]) -> Vec<u8> {
+        let of_blades = tools.iter().filter(|t| t.blade.is_some()).map(|t| t.sheet);
+        let mut sheets: Vec<u8> = self.keys.iter().flat_map(|key| key.sides()).map(|s| s.0).chain(of_blades).collect();
+        sheets.sort_unstable();
+        sheets.dedup();
+        sheets
+    }
 }
 
-/// Folded masses of front and back clay at the nodes of a block: what the normal of a cut is made of.
+/// Folded masses of the tagged classes at the nodes of a block: what the normals of cuts are made of.
 #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
-pub(super) fn side_masses(nodes: &Nodes, sides: &[Nodes; 2], block: IVec3, step: &GridStep, domain: &Domain) -> [[f32; 64]; 2] {
-    let classes = Classes::new(nodes, Some(sides), block, step, domain);
-    [FRONT, BACK].map(|class| std::array::from_fn(|k| classes.folded[k][class].mass as f32))
+pub(super) fn folded_masses(nodes: &Nodes, cut: &CutBlock, block: IVec3, step: &GridStep, domain: &Domain) -> ClassMasses {
+    let classes = Classes::new(nodes, Some(cut), block, step, domain);
+    let tagged = classes.keys.iter().zip(&classes.folded).skip(1);
+    tagged.map(|(key, sums)| (*key, sums.map(|sum| sum.mass as f32))).collect()
 }
 
 /// The 64 nodes.
-struct Block {
+struct Block<'a> {
     classes: Classes,
-    division: [Division; 64],
+    divisions: [Divisions; 64],
+    fields: [Fields; 64],
+    /// The first class of the field in which each class moves: fields stand in its place.
+    leader: Vec<[u8; 64]>,
     /// Folded sums of the fields.
-    field: [[Sum; 2]; 64],
-    velocity: [[DVec3; 2]; 64],
-    /// Impulse of tools and of the other side on the node.
+    field: Vec<[Sum; 64]>,
+    velocity: Vec<[DVec3; 64]>,
+    /// Impulse of tools and of other fields on the node.
     pushed: [DVec3; 64],
     is_ghost: [bool; 64],
     /// Masses of the clay that touches separating tools.
     touching: [f32; 64],
     /// Gravity and other body forces at each node.
     gravity: [DVec3; 64],
+    /// Mass at a node of the clay on one side of a sheet.
+    mass_on: &'a MassOn<'a>,
     report: GridReport,
 }
 
-/// Updates `nodes` (untagged, or all clay) and `sides` (front and back) from sums to velocities; masses stay as they were summed.
-/// `gradients` are those of front and back mass at a node.
+/// Mass at a node, in any block, of the clay on one side of a sheet.
+pub(super) type MassOn<'a> = dyn Fn(IVec3, u8, i8) -> f64 + Sync + 'a;
+
+/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses stay as they were summed.
 pub(super) fn update(
     nodes: &mut Nodes,
-    sides: Option<&mut [Nodes; 2]>,
+    cut: Option<&mut CutBlock>,
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
-    gradients: &dyn Fn(IVec3) -> [DVec3; 2],
+    mass_on: &MassOn<'_>,
 ) -> GridReport {
-    let classes = Classes::new(nodes, sides.as_deref(), block, step, meeting.domain);
-    let mut b = Block::new(classes, block, step, meeting);
+    let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting.domain);
+    let mut b = Block::new(classes, block, step, meeting, mass_on);
     for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
-        b.meet(k, block * BLOCK + offset(k), step, meeting, gradients);
+        b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
     b.unfold(block, step);
-    b.store(nodes, sides);
+    b.store(nodes, cut);
     b.report
 }
 
@@ -232,31 +228,40 @@ fn offset(k: usize) -> IVec3 {
     IVec3::new(k / 16, k / 4 % 4, k % 4)
 }
 
-impl Block {
+impl<'a> Block<'a> {
     /// Tells the sides apart and makes momentum velocity.
-    fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
+    fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>, mass_on: &'a MassOn<'a>) -> Self {
         // A manufactured solution's body force is dear: none where there is no clay.
-        let is_used = |k: usize| classes.own[k].iter().chain(&classes.folded[k]).any(|sum| sum.mass != 0.0);
+        let is_used = |k: usize| classes.own.iter().chain(&classes.folded).any(|class| class[k].mass != 0.0);
         let acceleration = |k: usize| if is_used(k) { step.acceleration_at(block * BLOCK + offset(k)) } else { DVec3::ZERO };
         let gravity: [DVec3; 64] = std::array::from_fn(acceleration);
-        let division = std::array::from_fn(|k| divide(block * BLOCK + offset(k), &classes.folded[k], meeting));
-        let mut field = [[Sum::default(); 2]; 64];
-        let mut velocity = [[DVec3::ZERO; 2]; 64];
+        let (count, sheets) = (classes.keys.len(), classes.sheets(meeting.tools));
+        let divisions = |k: usize| {
+            let mass = |class: usize| classes.folded[class][k].mass;
+            Divisions::new(block * BLOCK + offset(k), &classes.keys, &sheets, mass, meeting)
+        };
+        let divisions: [Divisions; 64] = std::array::from_fn(divisions);
+        let mut fields = [Fields::default(); 64];
+        let mut leader = vec![[0u8; 64]; count];
+        let mut field = vec![[Sum::default(); 64]; count];
+        let mut velocity = vec![[DVec3::ZERO; 64]; count];
         for k in 0..64 {
-            for c in [UNTAGGED, FRONT, BACK] {
-                let sum = &mut field[k][division[k].field_of(c)];
-                *sum = sum.plus(classes.folded[k][c]);
+            for c in 0..count {
+                leader[c][k] = fields[k].leader(divisions[k].beyond(classes.keys[c]), c as u8);
+                let sum = &mut field[usize::from(leader[c][k])][k];
+                *sum = sum.plus(classes.folded[c][k]);
             }
-            for (v, sum) in velocity[k].iter_mut().zip(field[k]) {
+            for &(_, f) in fields[k].as_slice() {
+                let sum = field[usize::from(f)][k];
                 // A NaN mass must show.
                 if sum.mass > 0.0 || sum.mass.is_nan() {
-                    *v = (sum.momentum / sum.mass + gravity[k]) * step.damping;
+                    velocity[usize::from(f)][k] = (sum.momentum / sum.mass + gravity[k]) * step.damping;
                 }
             }
         }
         let mut is_ghost = [false; 64];
         classes.folds.iter().for_each(|c| is_ghost[c.ghost] = true);
-        let own = || classes.own.iter().zip(&gravity).flat_map(|(sums, g)| sums.iter().map(move |s| (s, *g)));
+        let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
         let free: DVec3 = own().map(|(s, g)| s.momentum + s.mass * g).sum();
         let report = GridReport {
             tools: vec![Default::default(); meeting.tools.len()],
@@ -264,68 +269,73 @@ impl Block {
             body_impulse: own().map(|(s, g)| s.mass * (g - step.gravity)).sum(),
             ..GridReport::default()
         };
-        Self {
-            classes,
-            division,
-            field,
-            velocity,
-            pushed: [DVec3::ZERO; 64],
-            is_ghost,
-            gravity,
-            report,
-            touching: meeting.touching.of_block(block),
-        }
+        let (pushed, touching) = ([DVec3::ZERO; 64], meeting.touching.of_block(block));
+        Self { classes, divisions, fields, leader, field, velocity, pushed, is_ghost, touching, gravity, mass_on, report }
     }
 
-    /// One node: the two sides, then the solid tools in order.
-    fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>, gradients: &dyn Fn(IVec3) -> [DVec3; 2]) {
-        let world = node.as_dvec3();
-        let division = self.division[k];
-        match (division.owner, division.blade) {
-            (Some(_), Some((index, distance))) => {
-                let tool = &meeting.tools[index];
-                let normal = tool.motion.end.rotation * DVec3::Z;
-                // Each side is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
-                for (class, sign) in [(FRONT, 1.0), (BACK, -1.0)] {
-                    let (field, normal, distance) = (division.field_of(class), normal * sign, distance * sign);
-                    if tool.contact == Contact::Stick {
-                        let surface = tool.motion.velocity_at(world);
-                        let after = tool::stick(self.velocity[k][field], surface, normal, distance, step.adhesion);
-                        self.push(k, field, (index, tool), world, after);
-                    } else if distance <= CONTACT_OFFSET {
-                        self.touch(k, field, (index, tool), world, normal, 1.0);
-                    }
+    /// One node: blades, the fields that kept cuts divide, then the solid tools in order.
+    fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
+        let (world, divisions, fields) = (node.as_dvec3(), self.divisions[k], self.fields[k]);
+        for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| t.blade.is_some()) {
+            let Some((i, distance)) = divisions.of_blade(index) else { continue };
+            let front = tool.motion.end.rotation * DVec3::Z;
+            // Each field is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
+            for &(beyond, f) in fields.as_slice() {
+                let sign = f64::from(divisions.side(beyond, i));
+                let (field, normal, distance) = (usize::from(f), front * sign, distance * sign);
+                if tool.contact == Contact::Stick {
+                    let surface = tool.motion.velocity_at(world);
+                    let after = tool::stick(self.velocity[field][k], surface, normal, distance, step.adhesion);
+                    self.push(k, field, (index, tool), world, after);
+                } else if distance <= CONTACT_OFFSET {
+                    self.touch(k, field, (index, tool), world, normal, 1.0);
                 }
             }
-            (Some(_), None) => self.exchange(k, gradients(node)),
-            _ => {}
+        }
+        for b in 1..fields.as_slice().len() {
+            for a in 0..b {
+                let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
+                if let Some(normal) = divisions.pair_normal(from.0, to.0, |sheet| self.cut_normal(node, sheet)) {
+                    self.exchange(k, from.1.into(), to.1.into(), normal);
+                }
+            }
         }
         for (index, tool) in meeting.tools.iter().enumerate() {
             if let Some((distance, normal)) = tool.touch(world) {
                 let share = if tool.separates() { tool::closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
-                for field in [MAIN, OTHER] {
-                    self.touch(k, field, (index, tool), world, normal, share);
+                for &(_, field) in fields.as_slice() {
+                    self.touch(k, field.into(), (index, tool), world, normal, share);
                 }
             }
         }
     }
 
+    /// Unit normal of a kept cut at a node, from back to front: the gradient of the front's share of the tagged mass, `m_B grad m_F - m_F grad m_B` up to
+    /// scale. Where both thin out alike, at a free surface or the rim of the tagged layer, it stays the cut's.
+    fn cut_normal(&self, node: IVec3, sheet: u8) -> Option<DVec3> {
+        let mass = |node: IVec3, side: i8| (self.mass_on)(node, sheet, side);
+        let gradient = |side: i8| 0.5 * DVec3::from_array(IVec3::AXES.map(|a| mass(node + a, side) - mass(node - a, side)));
+        let (front, back) = (mass(node, 1), mass(node, -1));
+        let total = front + back;
+        ((back / total) * gradient(1) - (front / total) * gradient(-1)).try_normalize()
+    }
+
     /// A share of a tool's contact on one field.
     fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3, share: f64) {
-        let before = self.velocity[k][field];
+        let before = self.velocity[field][k];
         let after = before + share * (tool.apply(before, world, normal) - before);
         self.push(k, field, (index, tool), world, after);
     }
 
     /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
     fn push(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, after: DVec3) {
-        let mass = self.field[k][field].mass;
+        let mass = self.field[field][k].mass;
         if mass <= 0.0 {
             return;
         }
-        let before = self.velocity[k][field];
+        let before = self.velocity[field][k];
         let impulse = mass * (after - before);
-        self.velocity[k][field] = after;
+        self.velocity[field][k] = after;
         self.pushed[k] += impulse;
         self.report.impulse_scale += impulse.length();
         let sum = &mut self.report.tools[index];
@@ -334,26 +344,22 @@ impl Block {
         sum.2 += u64::from(after != before);
     }
 
-    /// The two sides of a kept cut exchange momentum while they approach. The normal, from back to front, is the gradient of the front's share of
-    /// the mass, `m_B grad m_F - m_F grad m_B` up to scale: where both thin out alike, at a free surface or the rim of the tagged
-    /// layer, it stays the cut's.
-    fn exchange(&mut self, k: usize, [front_gradient, back_gradient]: [DVec3; 2]) {
-        let [_, front, back] = self.classes.folded[k].map(|s| s.mass);
-        let total = front + back;
-        let normal = ((back / total) * front_gradient - (front / total) * back_gradient).try_normalize();
-        let (f, b) = (self.division[k].field_of(FRONT), self.division[k].field_of(BACK));
-        let (m_f, m_b) = (self.field[k][f].mass, self.field[k][b].mass);
-        let Some(n) = normal.filter(|_| m_f > 0.0 && m_b > 0.0) else { return };
-        let relative = self.velocity[k][f] - self.velocity[k][b];
+    /// Two fields exchange momentum while they approach along `n`, from a to b.
+    fn exchange(&mut self, k: usize, a: usize, b: usize, n: DVec3) {
+        let (m_a, m_b) = (self.field[a][k].mass, self.field[b][k].mass);
+        if m_a <= 0.0 || m_b <= 0.0 {
+            return;
+        }
+        let relative = self.velocity[b][k] - self.velocity[a][k];
         let approach = relative.dot(n);
         if approach >= 0.0 {
             return;
         }
         let slide = relative - approach * n;
         let stop = slide.length().min(-approach * CUT_FRICTION);
-        let impulse = m_f * m_b / (m_f + m_b) * (-approach * n - slide.normalize_or_zero() * stop);
-        self.velocity[k][f] += impulse / m_f;
-        self.velocity[k][b] -= impulse / m_b;
+        let impulse = m_a * m_b / (m_a + m_b) * (-approach * n - slide.normalize_or_zero() * stop);
+        self.velocity[b][k] += impulse / m_b;
+        self.velocity[a][k] -= impulse / m_a;
     }
 
     /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; nodes of validation cases do as they are told. Books the
@@ -361,32 +367,31 @@ impl Block {
     fn unfold(&mut self, block: IVec3, step: &GridStep) {
         let mut is_at_wall = [false; 64];
         for c in self.classes.folds.iter().rev() {
-            self.division[c.ghost] = self.division[c.mirror];
-            for field in [MAIN, OTHER] {
-                self.velocity[c.ghost][field] = c.reflect(self.velocity[c.mirror][field]);
-                let at_wall = &mut self.velocity[c.wall][field];
-                *at_wall = 0.5 * (*at_wall + c.reflect(*at_wall));
+            self.leader.iter_mut().for_each(|leader| leader[c.ghost] = leader[c.mirror]);
+            for velocity in &mut self.velocity {
+                velocity[c.ghost] = c.reflect(velocity[c.mirror]);
+                velocity[c.wall] = 0.5 * (velocity[c.wall] + c.reflect(velocity[c.wall]));
             }
             [c.ghost, c.wall, c.mirror].into_iter().for_each(|k| is_at_wall[k] = true);
         }
         for c in &self.classes.clamps {
             for k in [c.ghost, c.wall] {
-                self.velocity[k] = self.velocity[k].map(|v| c.clamp(v));
+                self.velocity.iter_mut().for_each(|velocity| velocity[k] = c.clamp(velocity[k]));
                 is_at_wall[k] = true;
             }
         }
-        for k in (0..64).filter(|k| self.classes.own[*k].iter().any(|sum| sum.mass > 0.0)) {
+        for k in (0..64).filter(|k| self.classes.own.iter().any(|class| class[*k].mass > 0.0)) {
             if let Some(v) = step.special.and_then(|special| special.driven_velocity(block * BLOCK + offset(k))) {
-                self.velocity[k] = [v; 2];
+                self.velocity.iter_mut().for_each(|velocity| velocity[k] = v);
                 is_at_wall[k] = true;
             }
         }
         for k in (0..64).filter(|k| is_at_wall[*k]) {
             let mut impulse = -self.pushed[k];
-            for class in [UNTAGGED, FRONT, BACK] {
-                let Sum { mass, momentum } = self.classes.own[k][class];
+            for (own, leader) in self.classes.own.iter().zip(&self.leader) {
+                let Sum { mass, momentum } = own[k];
                 let free = step.damping * (momentum + mass * self.gravity[k]);
-                impulse += mass * self.velocity[k][self.division[k].field_of(class)] - free;
+                impulse += mass * self.velocity[usize::from(leader[k])][k] - free;
             }
             self.report.wall_impulse += impulse;
             self.report.impulse_scale += impulse.length();
@@ -394,34 +399,16 @@ impl Block {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
-    fn store(&mut self, nodes: &mut Nodes, mut sides: Option<&mut [Nodes; 2]>) {
-        let (mut greatest, mut all) = (0.0f64, 0.0);
-        for k in 0..64 {
-            let velocity = |class: usize| self.velocity[k][self.division[k].field_of(class)];
-            let set = |node: &mut super::simd::Node, v: DVec3| node.0[..3].copy_from_slice(&v.as_vec3().to_array());
-            set(&mut nodes[k], velocity(UNTAGGED));
-            if let Some(sides) = sides.as_deref_mut() {
-                set(&mut sides[0][k], velocity(FRONT));
-                set(&mut sides[1][k], velocity(BACK));
-            }
-            for v in self.velocity[k] {
-                greatest = greatest.max(v.length_squared());
-                all += v.length_squared();
+    fn store(&mut self, nodes: &mut Nodes, cut: Option<&mut CutBlock>) {
+        let tagged = cut.into_iter().flat_map(|cut| &mut cut.nodes);
+        for (nodes, leader) in std::iter::once(nodes).chain(tagged).zip(&self.leader) {
+            for k in 0..64 {
+                let v = self.velocity[usize::from(leader[k])][k];
+                nodes[k].0[..3].copy_from_slice(&v.as_vec3().to_array());
             }
         }
+        let squares = || self.velocity.iter().flatten().map(|v| v.length_squared());
+        let (greatest, all) = (squares().fold(0.0, f64::max), squares().sum::<f64>());
         self.report.speed_max = if all.is_finite() { greatest.sqrt() as f32 } else { f32::NAN };
     }
-}
-
-/// Whether the node at `node` is split: by the first blade in whose band it stands, else where most of its mass is tagged.
-fn divide(node: IVec3, classes: &[Sum; 3], meeting: &Meeting<'_>) -> Division {
-    let [untagged, front, back] = classes.map(|c| c.mass);
-    let world = node.as_dvec3();
-    let blade = meeting.tools.iter().enumerate().find_map(|(i, t)| Some((i, t.blade?.distance_within_band(world)?)));
-    let owner = match blade {
-        Some((_, distance)) => Some(if distance < 0.0 { BACK } else { FRONT }),
-        None if front + back > 0.5 * (untagged + front + back) => Some(if front >= back { FRONT } else { BACK }),
-        None => None,
-    };
-    Division { owner, blade }
 }

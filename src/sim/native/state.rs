@@ -3,6 +3,7 @@
 //! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched where a frame starts or
 //! ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`] cells from its cell before it is sorted anew.
 
+use super::super::cut::{CutKey, SheetSet};
 use super::super::params::{BLOCK, Domain};
 use super::super::snapshot::{Particle, Tag};
 use super::law::Sym8;
@@ -56,21 +57,10 @@ pub(super) fn strains(particles: &[Hot]) -> Sym8 {
     strain
 }
 
-/// A particle's class: whose node sums it belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Class {
-    Untagged,
-    Front,
-    Back,
-}
-
 impl Cold {
-    pub(super) fn class(&self) -> Class {
-        match self.tags[0].side {
-            0 => Class::Untagged,
-            1.. => Class::Front,
-            _ => Class::Back,
-        }
+    /// The particle's class: whose node sums it belongs to.
+    pub(super) fn key(&self) -> CutKey {
+        CutKey::of(self.tags)
     }
 }
 
@@ -116,15 +106,44 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
 }
 
 /// The particles of one block, which follow those of the block before.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Run {
-    /// Particles untagged, in front, behind; in this order.
-    pub counts: [usize; 3],
+    /// Untagged particles; they come first.
+    pub untagged: usize,
+    /// The particles of each other class, in the order of their keys.
+    pub tagged: Vec<(CutKey, usize)>,
 }
 
 impl Run {
     pub(super) fn len(&self) -> usize {
-        self.counts.iter().sum()
+        self.untagged + self.tagged.iter().map(|t| t.1).sum::<usize>()
+    }
+
+    /// The classes, the untagged first, with their particles cut from slices of the whole run.
+    pub(super) fn classes<'a>(
+        &'a self,
+        mut hot: &'a mut [Hot],
+        mut cold: &'a mut [Cold],
+    ) -> impl Iterator<Item = (CutKey, &'a mut [Hot], &'a mut [Cold])> {
+        std::iter::once((CutKey::UNTAGGED, self.untagged)).chain(self.tagged.iter().copied()).map(move |(key, count)| {
+            let (first_hot, rest_hot) = std::mem::take(&mut hot).split_at_mut(count);
+            let (first_cold, rest_cold) = std::mem::take(&mut cold).split_at_mut(count);
+            (hot, cold) = (rest_hot, rest_cold);
+            (key, first_hot, first_cold)
+        })
+    }
+
+    /// The run of particles with these keys, in order.
+    pub(super) fn of(keys: impl Iterator<Item = CutKey>) -> Self {
+        let mut run = Self::default();
+        for key in keys {
+            match run.tagged.last_mut() {
+                _ if key.is_untagged() => run.untagged += 1,
+                Some((last, count)) if *last == key => *count += 1,
+                _ => run.tagged.push((key, 1)),
+            }
+        }
+        run
     }
 }
 
@@ -199,6 +218,11 @@ impl State {
         state
     }
 
+    /// The sheets that particles have a side of.
+    pub(super) fn sheets(&self) -> SheetSet {
+        self.runs.iter().flat_map(|run| &run.tagged).flat_map(|(key, _)| key.sides()).map(|side| side.0).collect()
+    }
+
     /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on nothing else, so runs repeat.
     /// Returns the table before: tiles scattered before the sort are found through it.
     pub(super) fn sort(&mut self) -> Arc<Table> {
@@ -223,14 +247,15 @@ impl State {
         let mut start = 0u32;
         for &b in &touched {
             let count = std::mem::replace(&mut table.slots[b as usize], start);
-            self.runs.push(Run { counts: [count as usize, 0, 0] });
+            self.runs.push(Run { untagged: count as usize, tagged: vec![] });
             start += count;
         }
         let mut order = vec![(0u64, 0u32); self.hot.len()];
         for (i, b) in indices.drain(..).enumerate() {
             let at = &mut table.slots[b as usize];
             let (h, c) = (&self.hot[i], &self.cold[i]);
-            order[*at as usize] = ((c.class() as u64) << 62 | u64::from(h.cell) << 32 | u64::from(c.id), i as u32);
+            let is_tagged = u64::from(!c.key().is_untagged());
+            order[*at as usize] = (is_tagged << 62 | u64::from(h.cell) << 32 | u64::from(c.id), i as u32);
             *at += 1;
         }
         self.permute(&mut order);
@@ -238,22 +263,19 @@ impl State {
         std::mem::replace(&mut self.table, Arc::new(table))
     }
 
-    /// Orders each block's particles by their keys (class, cell, id) and moves them there.
+    /// Orders each block's particles by class, cell and id and moves them there.
     fn permute(&mut self, order: &mut [(u64, u32)]) {
         let lengths: Vec<usize> = self.runs.iter().map(Run::len).collect();
-        let counts: Vec<[usize; 3]> = split(order, &lengths)
-            .into_par_iter()
-            .map(|block| {
-                block.sort_unstable();
-                let front = block.partition_point(|k| k.0 >> 62 < Class::Front as u64);
-                let back = block.partition_point(|k| k.0 >> 62 < Class::Back as u64);
-                [front, back - front, block.len() - back]
-            })
-            .collect();
-        for (run, counts) in self.runs.iter_mut().zip(counts) {
-            run.counts = counts;
-        }
         let (hot, cold) = (&self.hot, &self.cold);
+        split(order, &lengths).into_par_iter().zip(&mut self.runs).for_each(|(block, run)| {
+            block.sort_unstable();
+            let untagged = block.partition_point(|k| k.0 >> 62 == 0);
+            if untagged < block.len() {
+                let key = |k: &(u64, u32)| cold[k.1 as usize].key();
+                block[untagged..].sort_unstable_by_key(|k| (key(k), k.0));
+                *run = Run::of(block.iter().map(key));
+            }
+        });
         (self.hot, self.cold) = order.par_iter().map(|k| (hot[k.1 as usize], cold[k.1 as usize])).unzip();
     }
 

@@ -1,19 +1,41 @@
 //! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1 with persistent tags).
 
+use super::super::cut;
 use super::super::params::Domain;
-use super::super::snapshot::Tag;
 use super::contact::ToolNow;
-use super::state::{Cold, Hot, unpack_cell};
+use super::state::{Cold, Hot, Run, unpack_cell};
 use glam::{DVec3, IVec3};
 
 /// Where a particle found behind the blade is put: this far in front of it [cells].
 const SET_BACK: f64 = 1e-3;
 
+/// What a blade did to the particles' sides.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tagged {
+    /// Particles that took a side.
+    pub taken: u64,
+    /// Those among them that gave up an older cut.
+    pub displaced: u64,
+    /// Particles put back.
+    pub pushed_back: u64,
+    /// Greatest depth of these [cells].
+    pub depth_max: f64,
+}
+
+impl Tagged {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.taken += other.taken;
+        self.displaced += other.displaced;
+        self.pushed_back += other.pushed_back;
+        self.depth_max = self.depth_max.max(other.depth_max);
+    }
+}
+
 /// What tagging one block did.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TagReport {
-    /// For each tool: particles that took a side, particles put back, greatest depth of these [cells].
-    pub tools: Vec<(u64, u64, f64)>,
+    /// By each tool.
+    pub tools: Vec<Tagged>,
     /// Greatest distance a particle was moved [cells].
     pub moved_max: f32,
     /// Whether a class changed.
@@ -33,16 +55,17 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let Some(blade) = &tool.blade else { continue };
             let near = blade.near(x - travelled, x);
-            if let Some(side) = near.takes(c.tags[0].side != 0) {
-                report.is_changed |= c.tags[0].side != side;
-                c.tags[0] = Tag { sheet: tool.sheet, side };
-                sum.0 += 1;
+            if let Some(side) = near.takes(cut::place(&c.tags, tool.sheet).is_some()) {
+                let before = c.key();
+                sum.displaced += u64::from(cut::take(&mut c.tags, tool.sheet, side));
+                report.is_changed |= c.key() != before;
+                sum.taken += 1;
             }
-            if c.tags[0].sheet == tool.sheet && near.is_behind(c.tags[0].side) {
-                let side = f64::from(c.tags[0].side);
-                x += blade.normal() * (side * SET_BACK - near.distance);
-                sum.1 += 1;
-                sum.2 = sum.2.max(near.distance.abs());
+            let side = c.key().side(tool.sheet);
+            if near.is_behind(side) {
+                x += blade.normal() * (f64::from(side) * SET_BACK - near.distance);
+                sum.pushed_back += 1;
+                sum.depth_max = sum.depth_max.max(near.distance.abs());
             }
         }
         if x != start {
@@ -54,14 +77,12 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &
     report
 }
 
-/// Brings the particles of a block into class order again, otherwise in the order they were; returns the count of each class.
-pub(super) fn regroup(hot: &mut [Hot], cold: &mut [Cold]) -> [usize; 3] {
+/// Brings the particles of a block into class order again, otherwise in the order they were.
+pub(super) fn regroup(hot: &mut [Hot], cold: &mut [Cold]) -> Run {
     let mut order: Vec<usize> = (0..cold.len()).collect();
-    order.sort_by_key(|i| cold[*i].class());
-    let mut counts = [0; 3];
-    cold.iter().for_each(|c| counts[c.class() as usize] += 1);
+    order.sort_by_key(|i| cold[*i].key());
     let (sorted_hot, sorted_cold): (Vec<Hot>, Vec<Cold>) = order.iter().map(|i| (hot[*i], cold[*i])).unzip();
     hot.copy_from_slice(&sorted_hot);
     cold.copy_from_slice(&sorted_cold);
-    counts
+    Run::of(cold.iter().map(Cold::key))
 }

@@ -23,7 +23,7 @@ pub(super) fn average_volumes(particles: &mut [Particle], around: &Surroundings,
         let limit = (2.0f64 / 3.0).sqrt() * around.yield_stress(particle, Moment::Start) / (2.0 * around.plan.material.lame_mu());
         if law::invariants(particle.elastic_strain).0 >= FLOWING * limit {
             let cell = particle.position.floor().as_ivec3().to_array();
-            cells.entry((cell, particle.side().sign())).or_default().push(i);
+            cells.entry((cell, particle.key())).or_default().push(i);
         }
     }
     for members in cells.values() {

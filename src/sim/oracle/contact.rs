@@ -1,4 +1,4 @@
-//! Contact: clay against the blade, one side of a cut against the other, clay against solid tools.
+//! Contact: clay against blades, the sides of cuts against each other, clay against solid tools.
 //!
 //! Bodies are rigid at a node, impacts inelastic, friction Coulomb's: the normal change of velocity stops the approach, the tangential
 //! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields). Next to a wall
@@ -6,39 +6,41 @@
 //! takes no part in sliding.
 
 use super::super::engine::{FrameReport, ToolReport};
-use super::super::snapshot::Side;
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
-use super::grid::{Band, Division, Field, Grid};
+use super::grid::{Band, Division, Field, Grid, Node};
 use super::tools::{Moment, MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
 
-/// Bounds the sides by the blade in its band; lets the sides of a kept cut press on each other elsewhere.
+/// Bounds the fields by each blade in its band, in the plan's order; then lets those that kept cuts divide press on each other.
 pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
-    let coordinates = grid.coordinates();
-    for (index, coordinate) in coordinates.enumerate() {
+    for (index, coordinate) in grid.coordinates().enumerate() {
         if grid.nodes[index].is_ghost {
             continue;
         }
-        match grid.nodes[index].division {
-            Division::Whole => {}
-            Division::Split { band: Some(band), .. } => against_blade(grid, index, coordinate, band, around, frame),
-            Division::Split { band: None, .. } => {
-                if let Some(normal) = cut_normal(grid, coordinate) {
-                    exchange(grid, index, normal);
+        let mut bands: Vec<(usize, Band)> =
+            grid.nodes[index].divisions.iter().enumerate().filter_map(|(i, d)| Some((i, d.band?))).collect();
+        bands.sort_by_key(|(_, band)| band.tool);
+        for (i, band) in bands {
+            against_blade(&mut grid.nodes[index], i, coordinate, band, around, frame);
+        }
+        let normals = cut_normals(grid, coordinate, index);
+        for b in 1..grid.nodes[index].fields.len() {
+            for a in 0..b {
+                if let Some(normal) = pair_normal(&grid.nodes[index], a, b, &normals) {
+                    exchange(&mut grid.nodes[index], a, b, normal);
                 }
             }
         }
     }
 }
 
-/// The blade stops each class's field where that reaches beyond the blade's plane; a sticking one takes it along.
-fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
+/// The blade of division `i` stops each field where that reaches beyond the blade's plane; a sticking one takes it along.
+fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
     let tool = &around.tools[band.tool];
     let Some(blade) = tool.blade else { return };
-    for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
-        let node = &mut grid.nodes[index];
-        let world = around.domain.to_world(coordinate.as_dvec3());
-        let field = &mut node.fields[node.field_index(side)];
+    let world = around.domain.to_world(coordinate.as_dvec3());
+    let sides: Vec<f64> = node.fields.iter().map(|field| f64::from(node.side(field, i))).collect();
+    for (field, sign) in node.fields.iter_mut().zip(sides) {
         let (normal, distance) = (blade.normal() * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
         if tool.path.tool.contact == Contact::Stick {
@@ -50,38 +52,55 @@ fn against_blade(grid: &mut Grid, index: usize, coordinate: IVec3, band: Band, a
     }
 }
 
-/// Unit normal of the cut at a node, from back to front: the gradient of the front's share `m_F / (m_F + m_B)` by central differences,
+/// Unit normal of each kept cut that divides the node, from back to front: the gradient of the front's share `m_F / (m_F + m_B)` by central differences,
 /// `m_B grad m_F - m_F grad m_B` up to scale. Where both thin out alike, at a free surface, a wall or the rim of the tagged layer,
-/// the share does not change, and the normal stays the cut's.
-fn cut_normal(grid: &Grid, coordinate: IVec3) -> Option<DVec3> {
-    let mass = |node: IVec3, side: Side| grid.get(node).map_or(0.0, |n| n.class_mass(side));
-    let gradient = |side: Side| {
-        DVec3::from_array(IVec3::AXES.map(|axis| 0.5 * (mass(coordinate + axis, side) - mass(coordinate - axis, side))))
+/// the share does not change, and the normal stays the cut's. None where a blade divides the node or the share has no gradient.
+fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3>> {
+    let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
+    let normal = |d: &Division| {
+        let gradient = |side: i8| {
+            let along = |axis: IVec3| mass(coordinate + axis, d.sheet, side) - mass(coordinate - axis, d.sheet, side);
+            DVec3::from_array(IVec3::AXES.map(|axis| 0.5 * along(axis)))
+        };
+        let (front, back) = (mass(coordinate, d.sheet, 1), mass(coordinate, d.sheet, -1));
+        // Shares before products: the product of two small masses would underflow.
+        let total = front + back;
+        if d.band.is_some() { None } else { ((back / total) * gradient(1) - (front / total) * gradient(-1)).try_normalize() }
     };
-    let (front, back) = (mass(coordinate, Side::Front), mass(coordinate, Side::Back));
-    // Shares before products: the product of two small masses would underflow.
-    let total = front + back;
-    ((back / total) * gradient(Side::Front) - (front / total) * gradient(Side::Back)).try_normalize()
+    let node = &grid.nodes[index];
+    if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(normal).collect() }
 }
 
-/// The two fields of a split node exchange momentum while they approach along `normal` (from back to front): equal and opposite.
-fn exchange(grid: &mut Grid, index: usize, normal: DVec3) {
-    let node = &mut grid.nodes[index];
-    let (f, b) = (node.field_index(Side::Front), node.field_index(Side::Back));
-    let [front, back] = [node.fields[f], node.fields[b]];
-    if front.sum.mass == 0.0 || back.sum.mass == 0.0 {
+/// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a blade stands between them, which acts
+/// on both, or where a cut has no normal.
+fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Option<DVec3> {
+    let [from, to] = [a, b].map(|f| &node.fields[f]);
+    let mut sum = DVec3::ZERO;
+    for (i, normal) in normals.iter().enumerate() {
+        let side = node.side(to, i);
+        if side != node.side(from, i) {
+            sum += f64::from(side) * (*normal)?;
+        }
+    }
+    sum.try_normalize()
+}
+
+/// Two fields of a node exchange momentum while they approach along `normal` (from a to b): equal and opposite.
+fn exchange(node: &mut Node, a: usize, b: usize, normal: DVec3) {
+    let [behind, before] = [node.fields[a], node.fields[b]];
+    if behind.sum.mass == 0.0 || before.sum.mass == 0.0 {
         return;
     }
-    let relative = front.velocity - back.velocity;
+    let relative = before.velocity - behind.velocity;
     let approach = relative.dot(normal);
     if approach >= 0.0 {
         return;
     }
-    let reduced_mass = front.sum.mass * back.sum.mass / (front.sum.mass + back.sum.mass);
+    let reduced_mass = behind.sum.mass * before.sum.mass / (behind.sum.mass + before.sum.mass);
     let sliding = relative - approach * normal;
     let stopped = friction_stop(sliding.length(), CUT_FRICTION * -approach);
     let impulse = -reduced_mass * (approach * normal + sliding * stopped);
-    for (field, on_field) in [(f, impulse), (b, -impulse)] {
+    for (field, on_field) in [(b, impulse), (a, -impulse)] {
         let field = &mut node.fields[field];
         field.velocity += on_field / field.sum.mass;
         field.contact_impulse += on_field;

@@ -30,9 +30,10 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
 /// Velocity [m/s] and affine velocity [1/s] of the clay of the particle's class at its position.
 fn velocity_and_affine(particle: &Particle, grid: &Grid, cell_width: f64) -> (DVec3, DMat3) {
     let (mut velocity, mut affine) = (DVec3::ZERO, DMat3::ZERO);
+    let key = particle.key();
     for touch in stencil(particle.position) {
-        let Some(node) = grid.get(touch.node) else { continue };
-        let v = touch.weight * node.field(particle.side()).velocity;
+        let Some(field) = grid.get(touch.node).and_then(|node| node.field(key)) else { continue };
+        let v = touch.weight * field.velocity;
         velocity += v;
         affine += DMat3::from_cols(v * touch.arm.x, v * touch.arm.y, v * touch.arm.z);
     }

@@ -1,6 +1,6 @@
 //! Nodes: what the particles bring, the fields that move, and the box of them about the clay.
 
-use super::super::snapshot::Side;
+use super::super::cut::CutKey;
 use super::stencil;
 use glam::{DVec3, IVec3};
 
@@ -23,13 +23,15 @@ impl std::ops::AddAssign for Sum {
 /// One velocity field at a node: all clay that moves together there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Field {
+    /// Which of the node's divisions the clay is beyond, from their owners' sides: a bit each.
+    pub(super) beyond: u32,
     /// What moves: the folded sums of the field's classes.
     pub(super) sum: Sum,
     /// Velocity [m/s].
     pub(super) velocity: DVec3,
     /// Velocity [m/s] that validation damping took.
     pub(super) damped: DVec3,
-    /// Impulse of tools and of the other side on this field [N s].
+    /// Impulse of tools and of the other fields on this one [N s].
     pub(super) contact_impulse: DVec3,
 }
 
@@ -42,69 +44,83 @@ pub(super) struct Band {
     pub(super) distance: f64,
 }
 
-/// How many fields a node has.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Division {
-    /// One: untagged, front and back move together.
-    #[default]
-    Whole,
-    /// Two: main is untagged clay and the owner's class, other is the other class.
-    Split {
-        /// The class that moves with untagged clay here.
-        owner: Side,
-        /// The blade that divides the node, or none where a kept cut does.
-        band: Option<Band>,
-    },
+/// A sheet that divides the clay at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Division {
+    /// The sheet.
+    pub(super) sheet: u8,
+    /// The side (+1, -1) with which clay moves here that has none.
+    pub(super) owner: i8,
+    /// The blade that divides the node, or none where a kept cut does.
+    pub(super) band: Option<Band>,
+}
+
+/// The sums of the classes at a node, in the order of their keys.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Classes(Vec<(CutKey, Sum)>);
+
+impl Classes {
+    /// The classes with their sums.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (CutKey, Sum)> + Clone {
+        self.0.iter().copied()
+    }
+
+    /// The sum of a class.
+    pub(super) fn of(&mut self, key: CutKey) -> &mut Sum {
+        let at = self.0.binary_search_by_key(&key, |c| c.0).unwrap_or_else(|at| {
+            self.0.insert(at, (key, Sum::default()));
+            at
+        });
+        &mut self.0[at].1
+    }
+
+    /// Mass [kg] of all classes.
+    pub(super) fn mass(&self) -> f64 {
+        self.iter().map(|(_, sum)| sum.mass).sum()
+    }
+
+    /// Mass [kg] of the clay on one side of a sheet.
+    pub(super) fn mass_on(&self, sheet: u8, side: i8) -> f64 {
+        self.iter().filter(|(key, _)| key.side(sheet) == side).map(|(_, sum)| sum.mass).sum()
+    }
 }
 
 /// A grid node.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Node {
-    /// What the particles of the classes untagged, front and back brought.
-    pub(super) classes: [Sum; 3],
+    /// What the particles of each class brought.
+    pub(super) classes: Classes,
     /// The same with what walls folded onto this node or away from it.
-    pub(super) folded: [Sum; 3],
+    pub(super) folded: Classes,
     /// Mass [kg] of the clay that touches a separating tool.
     pub(super) touching: f64,
-    /// One field or two.
-    pub(super) division: Division,
-    /// Main and other.
-    pub(super) fields: [Field; 2],
+    /// The sheets that divide the clay here, in their order; none at a whole node.
+    pub(super) divisions: Vec<Division>,
+    /// What moves apart here, in the order of [`Field::beyond`].
+    pub(super) fields: Vec<Field>,
     /// Part of a column that a wall folded; held by a clamped wall or driven, in validation cases.
     pub(super) is_at_wall: bool,
     /// Folded onto its mirror: it moves as its image, and contact passes it by.
     pub(super) is_ghost: bool,
 }
 
-/// The classes in the order of [`Node::classes`].
-pub(super) const CLASSES: [Side; 3] = [Side::None, Side::Front, Side::Back];
-
-/// Index of a side's class in [`Node::classes`].
-pub(super) fn class(side: Side) -> usize {
-    match side {
-        Side::None => 0,
-        Side::Front => 1,
-        Side::Back => 2,
-    }
-}
-
 impl Node {
-    /// Folded mass [kg] of the clay of one side.
-    pub(super) fn class_mass(&self, side: Side) -> f64 {
-        self.folded[class(side)].mass
+    /// Which divisions the clay of `key` is beyond: untagged clay is nowhere beyond, it moves with the owners.
+    pub(super) fn beyond(&self, key: CutKey) -> u32 {
+        let is_beyond = |d: &Division| key.side(d.sheet) == -d.owner;
+        self.divisions.iter().enumerate().map(|(i, d)| u32::from(is_beyond(d)) << i).sum()
     }
 
-    /// The field in which the clay of `side` moves.
-    pub(super) fn field(&self, side: Side) -> &Field {
-        &self.fields[self.field_index(side)]
+    /// The field in which the clay of `key` moves, if there is any such clay.
+    pub(super) fn field(&self, key: CutKey) -> Option<&Field> {
+        let beyond = self.beyond(key);
+        self.fields.iter().find(|f| f.beyond == beyond)
     }
 
-    /// The field, 0 main or 1 other, in which the particles of `side` move.
-    pub(super) fn field_index(&self, side: Side) -> usize {
-        match self.division {
-            Division::Split { owner, .. } if side != Side::None && side != owner => 1,
-            _ => 0,
-        }
+    /// The side of division `i` on which a field is.
+    pub(super) fn side(&self, field: &Field, i: usize) -> i8 {
+        let owner = self.divisions[i].owner;
+        if field.beyond >> i & 1 == 1 { -owner } else { owner }
     }
 }
 

@@ -7,11 +7,12 @@
 //! | `averaging` | flowing particles share their cell's volume ratio                        | -                                    |
 //! | `tags`      | particles take and keep their side of a blade                            | Eq. 1, swept                         |
 //! | `p2g`       | particles to nodes                                                       | Eq. 2-4, MLS-MPM, APIC               |
-//! | `sides`     | which nodes are two-sided                                                | Eq. 2-3, compatibility               |
+//! | `sides`     | which nodes cuts divide                                                  | Eq. 2-3, compatibility               |
 //! | `walls`     | the room's walls as mirrors                                              | method of images                     |
 //! | `contact`   | side against side, clay against tools                                    | Coulomb                              |
 //! | `g2p`       | nodes to particles, advection                                            | APIC                                 |
 //! | `law`       | Hencky elasticity, von Mises return                                      | Eq. 5 scales the yield stress        |
+//! | `weld`      | cuts grow together, once a frame                                         | -                                    |
 //! | `report`    | momentum, energy and volume                                              | -                                    |
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
@@ -31,15 +32,17 @@ pub mod substep;
 mod tags;
 mod tools;
 mod walls;
+mod weld;
 
 pub use particle::Particle;
 
+use super::cut::CutKey;
 use super::engine::{FramePlan, FrameReport};
 use super::material::ClayMaterial;
 use super::params::Domain;
-use super::snapshot::{self, Side, Snapshot};
+use super::snapshot::{self, Snapshot};
 use super::trace::TracedNode;
-use glam::IVec3;
+use glam::{DVec3, IVec3};
 use grid::Sum;
 
 /// The clay in f64 and the method that moves it. Serial, and the same in every run.
@@ -74,7 +77,10 @@ impl Oracle {
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
         let mut frame = report::begin(&self.particles, plan);
         for step in 0..plan.steps {
-            substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
+            let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
+            if step + 1 == plan.steps {
+                weld::grow_together(&mut self.particles, &grid, plan, &mut frame);
+            }
         }
         self.time += plan.duration();
         self.material = plan.material;
@@ -92,15 +98,14 @@ impl Oracle {
     pub fn trace(&mut self, plan: &FramePlan) -> Vec<TracedNode> {
         let mut frame = report::begin(&self.particles, plan);
         let grid = substep::substep(&mut self.particles, &self.domain, plan, 0, &mut frame);
-        let classes = |(node, at): (IVec3, &grid::Node)| {
-            let traced = |side: Side| {
-                let (class, velocity) = (grid::class(side), at.field(side).velocity);
-                let Sum { mass, momentum } = at.classes[class];
-                TracedNode { node, class, mass, momentum, velocity }
+        let traced = |(node, at): (IVec3, &grid::Node)| -> Vec<TracedNode> {
+            let of_class = |(key, sum): (CutKey, Sum)| {
+                let velocity = at.field(key).map_or(DVec3::ZERO, |f| f.velocity);
+                TracedNode { node, key, mass: sum.mass, momentum: sum.momentum, velocity }
             };
-            grid::CLASSES.map(traced)
+            at.classes.iter().map(of_class).collect()
         };
-        grid.coordinates().zip(&grid.nodes).flat_map(classes).collect()
+        grid.coordinates().zip(&grid.nodes).flat_map(traced).collect()
     }
 
     /// The state, rounded to f32 as engines store it; frozen particles come last.

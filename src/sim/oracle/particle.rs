@@ -1,6 +1,7 @@
 //! A particle in f64, and its f32 twin in the snapshot.
 
-use super::super::snapshot::{self, Side, Tag};
+use super::super::cut::CutKey;
+use super::super::snapshot::{self, Tag};
 use glam::{DMat3, DVec3};
 
 /// What a particle carries.
@@ -22,7 +23,7 @@ pub struct Particle {
     pub rest_volume: f64,
     /// Stable identity.
     pub id: u32,
-    /// Cuts the particle stands at; the first gives its side.
+    /// Cuts the particle stands at.
     pub tags: [Tag; 2],
 }
 
@@ -79,8 +80,8 @@ impl Particle {
         particle
     }
 
-    /// The class of particles it moves with: untagged, front or back.
-    pub fn side(&self) -> Side {
-        Side::from_sign(self.tags[0].side)
+    /// The class of particles it moves with: those on the same sides of the same cuts.
+    pub fn key(&self) -> CutKey {
+        CutKey::of(self.tags)
     }
 }

@@ -6,7 +6,7 @@
 use super::super::engine::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
-use super::grid::{CLASSES, Grid};
+use super::grid::Grid;
 use super::tools::Surroundings;
 use super::{Particle, law};
 use glam::{DMat3, DVec3};
@@ -41,8 +41,8 @@ pub(super) fn add_grid(frame: &mut FrameReport, grid: &Grid, around: &Surroundin
         let gravity = around.gravity_step(coordinate);
         let contact: DVec3 = node.fields.iter().map(|field| field.contact_impulse).sum();
         let mut unexplained = -contact;
-        for (side, own) in CLASSES.into_iter().zip(node.classes) {
-            let field = node.field(side);
+        for (key, own) in node.classes.iter() {
+            let Some(field) = node.field(key) else { continue };
             let weight = own.mass * gravity;
             let damping = own.mass * field.damped;
             frame.grid_mass += own.mass;
@@ -71,6 +71,7 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
     let ratios = particles.iter().map(|p| law::volume_ratio(p.elastic_strain));
     frame.volume_ratio = ratios.clone().fold((f64::INFINITY, 0.0), |(low, high), j| (low.min(j), high.max(j)));
     frame.volume = ratios.zip(particles).map(|(ratio, p)| ratio * p.rest_volume).sum();
+    frame.sheets = particles.iter().flat_map(|p| p.tags).filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
     for tool in &mut frame.tools {
         tool.force = tool.impulse / plan.duration();
         tool.torque = tool.angular_impulse / plan.duration();

@@ -1,50 +1,56 @@
-//! Which nodes are two-sided: the compatibility of Eq. 2-3 as fields at nodes.
+//! Which nodes are divided, and by which cuts: the compatibility of Eq. 2-3 as fields at nodes.
 //!
-//! A node in the band of a blade is split by the sign of its distance. Elsewhere a node is split where most of its mass is tagged:
-//! the kept cut runs there. Untagged clay moves with the owner's class; the other class has a field of its own.
+//! Each sheet divides a node apart from the others: within the band of its blade by the sign of the node's distance, elsewhere where most of the node's mass
+//! is tagged by the sheet, there the kept cut runs. Clay that the sheet has not tagged moves with the owner's side. Two sheets make up to four fields.
 
-use super::super::snapshot::Side;
-use super::grid::{Band, CLASSES, Division, Grid, Node, class};
+use super::grid::{Band, Division, Field, Grid, Node};
 use super::tools::Surroundings;
 use glam::IVec3;
 
-/// Decides for each node whether it is whole or split, and who owns it.
+/// Finds the sheets that divide each node, and who owns it.
 pub(super) fn divide(grid: &mut Grid, around: &Surroundings) {
     for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
-        node.division = match band(coordinate, around) {
-            Some(band) => {
-                let owner = if band.distance < 0.0 { Side::Back } else { Side::Front };
-                Division::Split { owner, band: Some(band) }
-            }
-            None => division_by_mass(node),
-        };
+        let mut divisions: Vec<Division> = bands(coordinate, around);
+        let mut sheets: Vec<u8> = node.folded.iter().flat_map(|(key, _)| key.sides()).map(|side| side.0).collect();
+        sheets.sort_unstable();
+        sheets.dedup();
+        sheets.retain(|sheet| divisions.iter().all(|d| d.sheet != *sheet));
+        divisions.extend(sheets.into_iter().filter_map(|sheet| division_by_mass(node, sheet)));
+        divisions.sort_by_key(|d| d.sheet);
+        node.divisions = divisions;
     }
 }
 
-/// The first blade of the plan in whose band the node stands.
-fn band(node: IVec3, around: &Surroundings) -> Option<Band> {
+/// The blades in whose bands the node stands.
+fn bands(node: IVec3, around: &Surroundings) -> Vec<Division> {
     let world = around.domain.to_world(node.as_dvec3());
-    around.tools.iter().enumerate().find_map(|(tool, moving)| {
+    let band = |(tool, moving): (usize, &super::tools::MovingTool)| {
         let distance = moving.blade?.distance_within_band(world)? / around.domain.cell_width;
-        Some(Band { tool, distance })
-    })
+        let owner = if distance < 0.0 { -1 } else { 1 };
+        Some(Division { sheet: moving.path.sheet_id(), owner, band: Some(Band { tool, distance }) })
+    };
+    around.tools.iter().enumerate().filter_map(band).collect()
 }
 
-/// A kept cut: tagged mass above half of all.
-fn division_by_mass(node: &Node) -> Division {
-    let [untagged, front, back] = node.folded.map(|sum| sum.mass);
-    if front + back > 0.5 * (untagged + front + back) {
-        Division::Split { owner: if front >= back { Side::Front } else { Side::Back }, band: None }
-    } else {
-        Division::Whole
-    }
+/// A kept cut: mass tagged by the sheet above half of all.
+fn division_by_mass(node: &Node, sheet: u8) -> Option<Division> {
+    let [front, back] = [1, -1].map(|side| node.folded.mass_on(sheet, side));
+    let owner = if front >= back { 1 } else { -1 };
+    (front + back > 0.5 * node.folded.mass()).then_some(Division { sheet, owner, band: None })
 }
 
 /// Sums the classes into the fields in which they move.
 pub(super) fn sum_fields(grid: &mut Grid) {
     for node in &mut grid.nodes {
-        for side in CLASSES {
-            node.fields[node.field_index(side)].sum += node.folded[class(side)];
+        let mut fields: Vec<Field> = Vec::new();
+        for (key, sum) in node.folded.iter() {
+            let beyond = node.beyond(key);
+            let at = fields.binary_search_by_key(&beyond, |f| f.beyond).unwrap_or_else(|at| {
+                fields.insert(at, Field { beyond, ..Field::default() });
+                at
+            });
+            fields[at].sum += sum;
         }
+        node.fields = fields;
     }
 }

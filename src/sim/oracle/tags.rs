@@ -4,8 +4,8 @@
 //! particle that is near its own sheet's blade, or was swept over by it, and stands on the wrong side is put back on the blade's
 //! surface: the sweep counts, because a blade at 3 cells per substep leaves its band behind it.
 
+use super::super::cut;
 use super::super::engine::FrameReport;
-use super::super::snapshot::Tag;
 use super::Particle;
 use super::tools::Surroundings;
 
@@ -16,18 +16,18 @@ const PUT_BACK_DISTANCE: f64 = 1e-3;
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
     for (tool, seen) in around.tools.iter().zip(&mut frame.tools) {
         let Some(blade) = tool.blade else { continue };
-        let sheet = tool.path.sheet();
+        let sheet = tool.path.sheet_id();
         for particle in particles.iter_mut() {
             let point = around.domain.to_world(particle.position);
             let near = blade.near(point - particle.velocity * around.plan.dt, point);
-            if let Some(side) = near.takes(particle.tags[0].side != 0) {
-                particle.tags[0] = Tag { sheet, side };
+            if let Some(side) = near.takes(cut::place(&particle.tags, sheet).is_some()) {
+                seen.displaced += u64::from(cut::take(&mut particle.tags, sheet, side));
                 seen.tagged += 1;
             }
-            let tag = particle.tags[0];
-            if tag.sheet == sheet && near.is_behind(tag.side) {
+            let side = particle.key().side(sheet);
+            if near.is_behind(side) {
                 let distance = near.distance / around.domain.cell_width;
-                let put_back = f64::from(tag.side) * PUT_BACK_DISTANCE - distance;
+                let put_back = f64::from(side) * PUT_BACK_DISTANCE - distance;
                 particle.position = around.in_room(particle.position + blade.normal() * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());
@@ -41,6 +41,7 @@ mod tests {
     use super::super::super::engine::{FramePlan, ToolReport, Validation};
     use super::super::super::material::ClayMaterial;
     use super::super::super::params::{Domain, Walls};
+    use super::super::super::snapshot::Tag;
     use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
     use super::*;
     use glam::DVec3;
@@ -57,7 +58,7 @@ mod tests {
             material: ClayMaterial::default(),
             density_scale: 1.0,
             gravity: DVec3::ZERO,
-            tools: vec![ToolPath { id: 1, tool, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
+            tools: vec![ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
             volume_averaging: 0.0,
             seed: 0,
             validation: Validation::default(),
@@ -86,11 +87,12 @@ mod tests {
         assert_eq!(after_blade(2.0, Tag::default()).1, Tag::default());
     }
 
-    /// The side of another cut says nothing about this blade.
+    /// The side of another cut is kept beside this blade's, and says nothing about it.
     #[test]
-    fn particle_of_another_sheet_is_left_where_it_is() {
+    fn particle_of_another_sheet_takes_a_second_side() {
         let other = Tag { sheet: 9, side: -1 };
-        let (height, kept, seen) = after_blade(0.6, other);
-        assert!((height - 0.6).abs() < 1e-12 && kept == other && seen.pushed_back == 0, "{height} {kept:?} {seen:?}");
+        let (height, taken, seen) = after_blade(0.6, other);
+        assert!((height - 0.6).abs() < 1e-12 && taken == Tag { sheet: 1, side: 1 }, "{height} {taken:?}");
+        assert_eq!((seen.pushed_back, seen.tagged, seen.displaced), (0, 1, 0));
     }
 }

@@ -12,7 +12,7 @@
 //! cell above the floor where that was taken for contact.
 
 use super::super::params::{WALL_TOUCH, Wall};
-use super::grid::{Grid, Sum};
+use super::grid::{Field, Grid, Sum};
 use super::tools::Surroundings;
 use glam::{DVec3, IVec3};
 
@@ -30,7 +30,7 @@ pub(super) struct Column {
 /// earlier axes folded, so that a corner's ghost reaches its mirror in steps; the columns come back in the order of folding.
 pub(super) fn fold(grid: &mut Grid, around: &Surroundings) -> Vec<Column> {
     for node in &mut grid.nodes {
-        node.folded = node.classes;
+        node.folded = node.classes.clone();
     }
     let domain = around.domain;
     let mut columns = Vec::new();
@@ -69,8 +69,8 @@ fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &S
     let gravity = around.gravity_step(node).dot(normal.as_dvec3());
     let total = |node: usize| {
         let classes = &grid.nodes[node].folded;
-        let momentum = |sum: &Sum| sum.momentum.dot(normal.as_dvec3());
-        (classes.iter().map(|sum| sum.mass).sum::<f64>(), classes.iter().map(momentum).sum::<f64>())
+        let momentum = |sum: Sum| sum.momentum.dot(normal.as_dvec3());
+        (classes.mass(), classes.iter().map(|(_, sum)| momentum(sum)).sum::<f64>())
     };
     let [(ghost_mass, ghost), (wall_mass, wall), (mirror_mass, mirror)] = [column.ghost, column.wall, column.mirror].map(total);
     if ghost_mass <= WALL_TOUCH * (ghost_mass + wall_mass + mirror_mass) {
@@ -87,8 +87,8 @@ fn fold_column(grid: &mut Grid, column: &Column) {
     }
     grid.nodes[column.ghost].is_ghost = true;
     let ghost = std::mem::take(&mut grid.nodes[column.ghost].folded);
-    for (sum, Sum { mass, momentum }) in grid.nodes[column.mirror].folded.iter_mut().zip(ghost) {
-        *sum += Sum { mass, momentum: column.image * momentum };
+    for (key, Sum { mass, momentum }) in ghost.iter() {
+        *grid.nodes[column.mirror].folded.of(key) += Sum { mass, momentum: column.image * momentum };
     }
 }
 
@@ -106,13 +106,12 @@ pub(super) fn set_velocities(grid: &mut Grid, around: &Surroundings) {
 /// Undoes the folds, the last first: ghosts move as images, class by class; wall nodes keep the mean of a vector and its image.
 pub(super) fn unfold(grid: &mut Grid, columns: &[Column]) {
     for column in columns.iter().rev() {
-        let mirror = grid.nodes[column.mirror];
+        let mirror = grid.nodes[column.mirror].clone();
         let ghost = &mut grid.nodes[column.ghost];
-        ghost.division = mirror.division;
-        for (field, source) in ghost.fields.iter_mut().zip(mirror.fields) {
-            field.velocity = column.image * source.velocity;
-            field.damped = column.image * source.damped;
-        }
+        ghost.divisions = mirror.divisions;
+        // The image pushes nobody: the contact of the mirror is its own.
+        let image = |f: Field| Field { velocity: column.image * f.velocity, damped: column.image * f.damped, ..Field::default() };
+        ghost.fields = mirror.fields.into_iter().map(|f| Field { beyond: f.beyond, ..image(f) }).collect();
         for field in &mut grid.nodes[column.wall].fields {
             field.velocity *= 0.5 * (column.image + 1.0);
             field.damped *= 0.5 * (column.image + 1.0);

@@ -43,10 +43,13 @@ pub struct PoseSample {
 /// A tool and the samples of its path over one frame, in order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolPath {
-    /// Names the tool in the report and, by [`Self::sheet`], a blade's cut.
+    /// Names the tool in the report.
     pub id: u32,
     /// The tool.
     pub tool: Tool,
+    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte. [`Sheets`](crate::sim::sheets::Sheets) deals them.
+    #[serde(default)]
+    pub sheet: u8,
     /// At least one sample; held before the first and after the last.
     pub samples: Vec<PoseSample>,
 }
@@ -54,12 +57,12 @@ pub struct ToolPath {
 impl ToolPath {
     /// A tool that stands still.
     pub fn still(id: u32, tool: Tool, pose: Pose) -> Self {
-        Self { id, tool, samples: vec![PoseSample { time: 0.0, pose }] }
+        Self { id, tool, sheet: 0, samples: vec![PoseSample { time: 0.0, pose }] }
     }
 
-    /// The id of the sheet that this tool cuts, if it is a blade: the id's low byte, 1 for 0.
-    pub fn sheet(&self) -> u8 {
-        self.id.to_le_bytes()[0].max(1)
+    /// The sheet that this tool cuts if it is a blade: as given, or the id's low byte, 1 for 0.
+    pub fn sheet_id(&self) -> u8 {
+        if self.sheet != 0 { self.sheet } else { self.id.to_le_bytes()[0].max(1) }
     }
 
     /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays at the world's origin.

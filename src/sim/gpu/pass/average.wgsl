@@ -12,6 +12,10 @@ fn strain_of(i: u32) -> Sym {
     return Sym(a.xyz, vec3f(a.w, state[at(STRAIN + 1u, i)].xy));
 }
 
+fn key_at(i: u32) -> u32 {
+    return key_of(bitcast<u32>(state[at(VELOCITY, i)].w));
+}
+
 struct Volume { log: f32, flows: bool }
 
 fn volume_of(i: u32, cell: vec3i) -> Volume {
@@ -49,17 +53,22 @@ fn average(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
     let cell = unpack_cell(packed);
     var end = first;
     for (; end < params.particle_count && cell_of(end) == packed; end++) {}
-    for (var c = 0u; c < CLASSES; c++) {
+    for (var a = first; a < end; a++) {
+        // The first of its class in the cell does the work of all.
+        let key = key_at(a);
+        var is_first = true;
+        for (var i = first; i < a; i++) { is_first = is_first && key_at(i) != key; }
+        if !is_first { continue; }
         var mass = 0.0;
         var sum = 0.0;
-        for (var i = first; i < end; i++) {
+        for (var i = a; i < end; i++) {
             let v = volume_of(i, cell);
-            if !v.flows || class_of(bitcast<u32>(state[at(VELOCITY, i)].w)) != c { continue; }
+            if !v.flows || key_at(i) != key { continue; }
             mass += state[at(AFFINE, i)].w;
             sum += state[at(AFFINE, i)].w * v.log;
         }
-        for (var i = first; i < end; i++) {
-            if class_of(bitcast<u32>(state[at(VELOCITY, i)].w)) != c { continue; }
+        for (var i = a; i < end; i++) {
+            if key_at(i) != key { continue; }
             let v = volume_of(i, cell);
             if v.flows { dilate(i, share * (sum / mass - v.log)); }
         }

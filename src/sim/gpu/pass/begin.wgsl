@@ -9,9 +9,15 @@ fn begin() {
     atomicStore(&status.cell_count, 0u);
     atomicStore(&status.node_mass, 0u);
     atomicStore(&status.reach_met, 0u);
+    atomicStore(&status.crowded, 0u);
+    atomicStore(&status.welded, 0u);
+    for (var i = 0u; i < 8u; i++) {
+        atomicStore(&status.sheets[i], 0u);
+    }
     for (var i = 0u; i < TOOLS_MAX; i++) {
         atomicStore(&status.tools[i].tagged, 0u);
         atomicStore(&status.tools[i].pushed_back, 0u);
         atomicStore(&status.tools[i].depth, 0u);
+        atomicStore(&status.tools[i].displaced, 0u);
     }
 }

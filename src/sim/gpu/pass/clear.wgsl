@@ -1,6 +1,7 @@
-// Starts a substep: node sums to zero.
+// Starts a substep: node sums to zero, no keys.
 
 @group(0) @binding(8) var<storage, read_write> sums: array<vec4i>;
+@group(0) @binding(16) var<storage, read_write> cuts: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
@@ -10,6 +11,7 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     let slots = atomicLoad(&status.slot_count);
     // The touching masses, behind the sums.
     if i < slots * 16u { sums[params.slot_capacity * CLASSES * 64u + i] = vec4i(0); }
+    if i < slots * (CLASSES - 1u) { cuts[i / (CLASSES - 1u) * (CLASSES - 1u) * 65u + i % (CLASSES - 1u)] = 0u; }
     if i >= slots * CLASSES * 64u { return; }
     sums[i] = vec4i(0);
 }

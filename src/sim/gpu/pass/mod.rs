@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{CONTACT, FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
+use super::wgsl::part::{CONTACT, CUTS, CUTS_WRITTEN, FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
 #[derive(Clone, Copy, Debug)]
@@ -45,12 +45,15 @@ passes! {
     Clear = "clear", false, [];
     Average = "average", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
-    P2g = "p2g", false, [STATE, TABLE];
+    Classes = "classes", true, [STATE, TABLE];
+    SortClasses = "sort_classes", true, [CUTS_WRITTEN];
+    P2g = "p2g", false, [STATE, TABLE, CUTS];
     Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
-    Sides = "sides", true, [FOLD];
-    Grid = "grid", false, [TABLE, TOOL, TOUCH, CONTACT, FOLD];
-    G2p = "g2p", false, [STATE, TABLE, LAW, TOOL, YIELD];
+    Sides = "sides", true, [FOLD, CUTS_WRITTEN];
+    Grid = "grid", false, [TABLE, CUTS, TOOL, TOUCH, CONTACT, FOLD];
+    G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
+    Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL];
     Store = "store", false, [STATE, LAW];
     Total = "total", false, [STATE, LAW];
     Mass = "mass", false, [];

@@ -20,16 +20,17 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
         halt(OVERFLOW);
         return;
     }
-    let class_ = class_of(bitcast<u32>(velocity.w));
+    let key = key_of(bitcast<u32>(velocity.w));
     for (var xy = 0; xy < 9; xy++) {
         let o = vec2i(xy / 3, xy % 3);
         let first = s.base + vec3i(o, 0);
         let slots = slots_along_z(first);
         if slots.x == 0u || slots.y == 0u { halt(MARGIN); return; }
+        let classes = vec2u(class_in(slots.x, key), class_in(slots.y, key));
         let w = mass * (weight(s.f.x, o.x) * weight(s.f.y, o.y));
         let along = velocity.xyz + affine[0] * (f32(o.x) - s.f.x) + affine[1] * (f32(o.y) - s.f.y);
         for (var z = 0; z < 3; z++) {
-            let place = 4u * node_place(slot_at(slots, first, z), class_, first + vec3i(0, 0, z));
+            let place = 4u * node_place(at_z(slots, first, z), at_z(classes, first, z), first + vec3i(0, 0, z));
             let m = w * weight(s.f.z, z);
             let q = (m * params.momentum_scale) * (along + affine[2] * (f32(z) - s.f.z));
             atomicAdd(&sums[place], i32(round(q.x)));

@@ -40,6 +40,10 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + 27u] = records[from_ + 27u];
     stored[r + 28u] = bitcast<u32>(velocity.w);
 
+    let tags = bitcast<u32>(velocity.w);
+    if (tags & 0xff00u) != 0u { atomicOr(&status.sheets[(tags & 255u) / 32u], 1u << (tags & 31u)); }
+    if (tags & 0xff000000u) != 0u { atomicOr(&status.sheets[((tags >> 16u) & 255u) / 32u], 1u << ((tags >> 16u) & 31u)); }
+
     let x = vec3f(cell) + position.xyz;
     let f = 1.0 + e.d;
     let det = f.x * (f.y * f.z - e.o.z * e.o.z) - e.o.x * (e.o.x * f.z - e.o.z * e.o.y) + e.o.y * (e.o.x * e.o.z - f.y * e.o.y);

@@ -2,6 +2,17 @@
 
 const SET_BACK: f32 = 1e-3; // in front of the blade [cells]
 
+// Where the packed tags (sheet, side, sheet, side) hold a side of this sheet: 0 or 16, the shift of the tag; NONE if they do not.
+const NONE: u32 = 32u;
+
+fn place_of(tags: u32, sheet: u32) -> u32 {
+    for (var shift = 0u; shift < NONE; shift += 16u) {
+        let tag = tags >> shift;
+        if (tag & 255u) == sheet && ((tag >> 8u) & 255u) != 0u { return shift; }
+    }
+    return NONE;
+}
+
 fn is_inside(t: Tool, q: vec2f) -> bool {
     return all(abs(q) <= t.size.xy);
 }
@@ -27,16 +38,22 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let foot = mix(before.xy, after.xy, before.z / select(1.0, before.z - after.z, crosses));
         let is_swept = crosses && is_inside(t, foot);
         let at_blade = is_near || is_swept;
-        let side = (packed >> 8u) & 255u;
-        if at_blade && (!was_near || side == 0u) {
-            let taken = select(1u, 255u, before.z < 0.0);
-            packed = (packed & 0xffff0000u) | t.sheet | (taken << 8u);
+        var place = place_of(packed, t.sheet);
+        if at_blade && (!was_near || place == NONE) {
+            let taken = t.sheet | (select(1u, 255u, before.z < 0.0) << 8u);
+            if place == NONE {
+                // The newest sheet comes first.
+                let has_first = (packed & 0xff00u) != 0u;
+                if has_first && (packed & 0xff000000u) != 0u { atomicAdd(&status.tools[index].displaced, 1u); }
+                packed = select(packed & 0xffff0000u, packed << 16u, has_first);
+                place = 0u;
+            }
+            packed = (packed & ~(0xffffu << place)) | (taken << place);
             atomicAdd(&status.tools[index].tagged, 1u);
         }
-        // 1 in front, 255 (-1) behind, 0 none.
-        let sign = i32((packed >> 8u) & 255u);
-        let s = f32(select(sign, sign - 256, sign > 127));
-        if (packed & 255u) == t.sheet && at_blade && after.z * s < 0.0 {
+        if place == NONE { continue; }
+        let s = select(1.0, -1.0, ((packed >> (place + 8u)) & 255u) > 127u);
+        if at_blade && after.z * s < 0.0 {
             x += t.end_rotation[2] * (s * SET_BACK - after.z);
             atomicAdd(&status.tools[index].pushed_back, 1u);
             atomicMax(&status.tools[index].depth, bitcast<u32>(abs(after.z)));

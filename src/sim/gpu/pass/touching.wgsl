@@ -28,7 +28,7 @@ fn touching(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups
         let w = part * (weight(s.f.x, o.x) * weight(s.f.y, o.y));
         for (var z = 0; z < 3; z++) {
             let n = first + vec3i(0, 0, z);
-            atomicAdd(&sums[touching_place(slot_at(slots, first, z) - 1u, local_index(n))], i32(round(w * weight(s.f.z, z))));
+            atomicAdd(&sums[touching_place(at_z(slots, first, z) - 1u, local_index(n))], i32(round(w * weight(s.f.z, z))));
         }
     }
 }

@@ -1,0 +1,320 @@
+//! Mesh and particle files: STL, PLY, OBJ and 3MF in millimetres, GLB in metres.
+//!
+//! Every mesh goes the same way: [`print_ready`] makes it a closed, oriented manifold of separate shells, [`bodies`] sorts the shells into
+//! bodies with their cavities, [`mod@simplify`] takes triangles away if that is asked for, and a writer per format does the rest.
+//! A file appears whole or not at all: it is written beside its place under another name and then renamed.
+
+pub mod bodies;
+mod glb;
+mod obj;
+mod ply;
+pub mod simplify;
+mod stl;
+mod threemf;
+
+use crate::sim::params::ParamsError;
+use crate::sim::snapshot::Snapshot;
+use crate::surface::mesh::Mesh;
+use crate::surface::weld::{Repairs, print_ready};
+use bodies::{Body, bodies_of};
+use serde::{Deserialize, Serialize};
+use simplify::simplify_checked;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Millimetres per metre.
+const MM: f32 = 1000.0;
+
+/// Mesh file formats that can be written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// Binary STL, mm.
+    #[default]
+    Stl,
+    /// Binary little-endian PLY, mm.
+    Ply,
+    /// OBJ, mm; an object per body.
+    Obj,
+    /// Binary glTF 2.0, metres as its specification has it; a node per body.
+    Glb,
+    /// 3MF, mm; an object per body, turned so that the clay's up (+Y) is the format's (+Z).
+    ThreeMf,
+}
+
+impl ExportFormat {
+    /// Every format.
+    pub const ALL: [Self; 5] = [Self::Stl, Self::Ply, Self::Obj, Self::Glb, Self::ThreeMf];
+
+    /// Their extensions, as messages name them.
+    pub const KNOWN: &str = ".stl, .ply, .obj, .glb or .3mf";
+
+    /// The file extension.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+            Self::Glb => "glb",
+            Self::ThreeMf => "3mf",
+        }
+    }
+
+    /// The format that a file's extension names, upper or lower case.
+    ///
+    /// # Errors
+    /// An extension that names none.
+    pub fn from_path(path: &Path) -> Result<Self, ExportError> {
+        let extension = extension(path);
+        let format = Self::ALL.into_iter().find(|f| f.extension() == extension);
+        format.ok_or_else(|| ExportError::UnknownFormat { path: path.into(), known: Self::KNOWN })
+    }
+
+    /// File units per metre.
+    fn scale(self) -> f32 {
+        if self == Self::Glb { 1.0 } else { MM }
+    }
+
+    fn write(self, out: &mut BufWriter<File>, bodies: &[Mesh]) -> io::Result<()> {
+        match self {
+            Self::Stl => stl::write(out, bodies),
+            Self::Ply => ply::write(out, bodies),
+            Self::Obj => obj::write(out, bodies),
+            Self::Glb => glb::write(out, bodies),
+            Self::ThreeMf => threemf::write(out, bodies),
+        }
+    }
+}
+
+/// Which file a body goes into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum BodyFiles {
+    /// All into one.
+    #[default]
+    Together,
+    /// Each into its own: `name-1.stl`, `name-2.stl`, ... by falling volume. Files of an earlier export that had more bodies stay.
+    Apart,
+}
+
+/// How to export; the default keeps every body and every triangle and writes one file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExportOptions {
+    /// Which file a body goes into.
+    pub bodies: BodyFiles,
+    /// Least volume of a body [m^3], its cavities taken off; what is smaller is left out and reported.
+    pub volume_min: f64,
+    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst vertex moved 1.2 to 1.9 times as far);
+    /// bodies that touch along a cut may then overlap by as much. `None` for every triangle.
+    pub simplify: Option<f64>,
+}
+
+impl ExportOptions {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first option out of its range.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        let volume = self.volume_min;
+        if !(volume.is_finite() && volume >= 0.0) {
+            return Err(ParamsError::new("volume_min", volume, "must be a volume in cubic metres, 0 for every body"));
+        }
+        match self.simplify {
+            Some(error) if !(error.is_finite() && error > 0.0) => {
+                Err(ParamsError::new("simplify", error, "must be a positive distance in metres"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What an export did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ExportReport {
+    /// What [`print_ready`] repaired.
+    pub repairs: Repairs,
+    /// The files written.
+    pub files: Vec<PathBuf>,
+    /// The bodies written, by falling volume.
+    pub bodies: Vec<BodyReport>,
+    /// Bodies left out because they are smaller than [`ExportOptions::volume_min`].
+    pub dropped_bodies: usize,
+    /// Sum of their volumes [m^3].
+    pub dropped_volume: f64,
+}
+
+/// A body as it was written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyReport {
+    /// Volume [m^3], its cavities taken off.
+    pub volume: f64,
+    /// Hollows without a way out.
+    pub cavities: usize,
+    /// Triangles before simplification.
+    pub triangles_extracted: usize,
+    /// Triangles written.
+    pub triangles: usize,
+    /// Why the body was written as it was although simplification was asked for.
+    pub not_simplified: Option<String>,
+}
+
+/// Why a file was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The extension names no format that can be written.
+    #[error("{}: unknown file extension; known: {known}", path.display())]
+    UnknownFormat {
+        /// The file asked for.
+        path: PathBuf,
+        /// The extensions that would do.
+        known: &'static str,
+    },
+    /// An option out of its range.
+    #[error("export option {0}")]
+    Option(ParamsError),
+    /// The file system refused.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Io {
+        /// The file asked for.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// Writes a mesh as separate, closed bodies with outward triangles into one file of the extension's format.
+///
+/// # Errors
+/// An extension that no [`ExportFormat`] has, or a file that cannot be written; then nothing is left at `path` that was not there before.
+pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<ExportReport, ExportError> {
+    write_bodies(path, mesh, &ExportOptions::default())
+}
+
+/// [`write_mesh`] with options.
+///
+/// # Errors
+/// As [`write_mesh`], or an option out of its range. Files of several bodies are renamed into place once all are written.
+pub fn write_bodies(path: &Path, mesh: &Mesh, options: &ExportOptions) -> Result<ExportReport, ExportError> {
+    let format = ExportFormat::from_path(path)?;
+    options.validate().map_err(ExportError::Option)?;
+    let (mesh, repairs) = print_ready(mesh);
+    let mut report = ExportReport { repairs, ..ExportReport::default() };
+    let mut meshes = Vec::new();
+    for body in bodies_of(&mesh) {
+        if body.volume < options.volume_min {
+            report.dropped_bodies += 1;
+            report.dropped_volume += body.volume;
+            continue;
+        }
+        let (mut mesh, body) = finished(body, options.simplify);
+        mesh.positions.iter_mut().flatten().for_each(|x| *x *= format.scale());
+        meshes.push(mesh);
+        report.bodies.push(body);
+    }
+    report.files = match options.bodies {
+        BodyFiles::Together => vec![path.to_path_buf()],
+        BodyFiles::Apart => (1..=meshes.len()).map(|n| numbered(path, n)).collect(),
+    };
+    let parts: Vec<&[Mesh]> = match options.bodies {
+        BodyFiles::Together => vec![&meshes],
+        BodyFiles::Apart => meshes.chunks(1).collect(),
+    };
+    let mut unfinished = Vec::new();
+    for (file, part) in report.files.iter().zip(&parts) {
+        unfinished.push(Unfinished::write(file, |out| format.write(out, part))?);
+    }
+    unfinished.into_iter().try_for_each(Unfinished::finish)?;
+    Ok(report)
+}
+
+/// A body's mesh as it is to be written.
+fn finished(body: Body, simplify: Option<f64>) -> (Mesh, BodyReport) {
+    let Body { mut mesh, volume, cavities } = body;
+    let triangles_extracted = mesh.triangles.len();
+    let mut not_simplified = None;
+    match simplify.map(|error| simplify_checked(&mesh, error)) {
+        Some(Ok(simpler)) => mesh = simpler,
+        Some(Err(reason)) => not_simplified = Some(reason),
+        None => {}
+    }
+    let triangles = mesh.triangles.len();
+    (mesh, BodyReport { volume, cavities, triangles_extracted, triangles, not_simplified })
+}
+
+/// `name-3.stl` of `name.stl`.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("-{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z [mm], velocity vx vy vz [m/s], volume ratio J,
+/// side of the first cut (-1, 0, 1), id.
+///
+/// # Errors
+/// An extension other than `ply`, or a file that cannot be written.
+pub fn write_particles(path: &Path, snapshot: &Snapshot) -> Result<(), ExportError> {
+    if extension(path) != "ply" {
+        return Err(ExportError::UnknownFormat { path: path.into(), known: ".ply" });
+    }
+    write_whole(path, |out| ply::write_particles(out, snapshot))
+}
+
+/// Writes a text file whole.
+///
+/// # Errors
+/// A file that cannot be written; then nothing is left at `path` that was not there before.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
+    write_whole(path, |out| out.write_all(text.as_bytes()))
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Writes beside `path` and renames.
+fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), ExportError> {
+    Unfinished::write(path, write)?.finish()
+}
+
+/// A file beside its place, gone when it is dropped before it got there.
+struct Unfinished<'a> {
+    path: &'a Path,
+    temporary: PathBuf,
+}
+
+impl<'a> Unfinished<'a> {
+    fn write(path: &'a Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<Self, ExportError> {
+        let error = |source| ExportError::Io { path: path.into(), source };
+        let name = path.file_name().ok_or_else(|| error(io::ErrorKind::InvalidFilename.into()))?;
+        let mut temporary = OsString::from(".");
+        temporary.push(name);
+        temporary.push(format!(".{}.tmp", std::process::id()));
+        let temporary = path.with_file_name(temporary);
+        let file = File::create(&temporary).map_err(error)?;
+        let unfinished = Self { path, temporary };
+        let mut out = BufWriter::new(file);
+        let written = write(&mut out).and_then(|()| out.into_inner()?.sync_all());
+        written.map_err(error)?;
+        Ok(unfinished)
+    }
+
+    fn finish(self) -> Result<(), ExportError> {
+        fs::rename(&self.temporary, self.path).map_err(|source| ExportError::Io { path: self.path.into(), source })
+    }
+}
+
+impl Drop for Unfinished<'_> {
+    fn drop(&mut self) {
+        // Gone already after a rename; and a temporary file that cannot be removed adds nothing to the error that is told.
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+#[cfg(test)]
+mod tests;

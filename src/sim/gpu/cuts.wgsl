@@ -1,0 +1,35 @@
+// The classes of clay in each block: the keys of its tagged particles, and of those whose stencils reach it, in order. Class 0 is untagged clay.
+// Behind the keys of a block stand the folded masses of its classes at its 64 nodes.
+
+const KEYS: u32 = CLASSES - 1u;
+
+fn keys_place(slot: u32) -> u32 {
+    return slot * KEYS * 65u;
+}
+
+fn masses_place(slot: u32, class_: u32, k: u32) -> u32 {
+    return keys_place(slot) + KEYS + (class_ - 1u) * 64u + k;
+}
+
+fn key_at(slot: u32, class_: u32) -> u32 {
+    if class_ == 0u { return 0u; }
+    return cuts[keys_place(slot) + class_ - 1u];
+}
+
+// The class of a key in a block, given its slot + 1. Untagged clay's for a key that found no room.
+fn class_in(slot: u32, key: u32) -> u32 {
+    if CLASSES == 1u || key == 0u { return 0u; }
+    for (var c = 1u; c < CLASSES; c++) {
+        if key_at(slot - 1u, c) == key { return c; }
+    }
+    return 0u;
+}
+
+// Side (1 front, -1 back) of a sheet; 0 near it not.
+fn side_of(key: u32, sheet: u32) -> i32 {
+    let a = key >> 16u;
+    let b = key & 0xffffu;
+    if (a >> 1u) == sheet { return i32(a & 1u) * 2 - 1; }
+    if (b >> 1u) == sheet { return i32(b & 1u) * 2 - 1; }
+    return 0;
+}

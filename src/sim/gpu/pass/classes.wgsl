@@ -1,0 +1,39 @@
+// Enters the keys of tagged particles into the lists of the blocks that their stencils reach.
+
+@group(0) @binding(16) var<storage, read_write> cuts: array<atomic<u32>>;
+
+const KEYS: u32 = CLASSES - 1u;
+
+fn enter(slot: u32, key: u32) {
+    let first = slot * KEYS * 65u;
+    for (var c = 0u; c < KEYS; c++) {
+        // An exchange may fail though nobody else wrote: again, until something stands there.
+        loop {
+            let here = atomicLoad(&cuts[first + c]);
+            if here == key { return; }
+            if here != 0u { break; }
+            if atomicCompareExchangeWeak(&cuts[first + c], 0u, key).exchanged { return; }
+        }
+    }
+    // The host takes the passes for more classes, if there are any.
+    if CLASSES < CLASSES_MAX { halt(CROWDED); } else { atomicStore(&status.crowded, 1u); }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn classes(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let i = invocation(group, groups, k);
+    if i >= params.particle_count || is_halted() { return; }
+    let key = key_of(bitcast<u32>(state[at(VELOCITY, i)].w));
+    if key == 0u { return; }
+    let base = stencil(state[at(POSITION, i)]).base;
+    let low = base >> vec3u(2u);
+    let high = (base + 2) >> vec3u(2u);
+    for (var c = 0u; c < 8u; c++) {
+        let is_high = (vec3u(c, c >> 1u, c >> 2u) & vec3u(1u)) == vec3u(1u);
+        // A block that the stencil reaches by both ends of an axis is entered once.
+        if any(is_high & (low == high)) { continue; }
+        let slot = table[block_index(select(low, high, is_high))];
+        if slot == 0u { halt(MARGIN); return; }
+        enter(slot - 1u, key);
+    }
+}

@@ -1,0 +1,63 @@
+//! Where the two sides of a cut grow together: once a frame, at its end (see the oracle's file of this name).
+
+use super::super::cut::{MEETING_SHARE, WeldRule};
+use super::super::engine::FramePlan;
+use super::super::snapshot::Tag;
+use super::super::tool::spline;
+use super::grid::Grid;
+use super::kernel::Step;
+use super::law;
+use super::passes::work;
+use super::state::{Hot, State, Table, strains, unpack_cell};
+use glam::{DMat3, DVec3, IVec3};
+use rayon::prelude::*;
+
+/// Counts the frame for every tag at which both sides meet; returns how many have grown together and are gone. `stress_unit` is that of `step`'s law
+/// [Pa].
+pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, stress_unit: f64) -> u64 {
+    let Some(rule) = WeldRule::of(plan) else { return 0 };
+    let table = state.table.clone();
+    let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
+    tasks.retain(|w| !w.run.tagged.is_empty());
+    let welded = tasks.into_par_iter().map(|w| {
+        let mut welded = 0;
+        for (hot, cold) in w.hot[w.run.untagged..].iter().zip(&mut w.cold[w.run.untagged..]) {
+            for tag in cold.tags.iter_mut().filter(|tag| tag.side != 0 && !WeldRule::spares(plan, tag.sheet)) {
+                let Some(normal) = normal(hot, *tag, grid, &table) else { continue };
+                let is_pressed = normal.dot(cauchy_stress(step, hot) * normal) * stress_unit < -rule.stress;
+                welded += u64::from(rule.count(tag, is_pressed));
+            }
+        }
+        welded
+    });
+    welded.sum()
+}
+
+/// Cauchy stress in the units of the step's law.
+fn cauchy_stress(step: &Step, hot: &Hot) -> DMat3 {
+    let strain = strains(std::slice::from_ref(hot));
+    let [xx, yy, zz, xy, xz, yz] = law::stress(&step.law, &strain).map(|lanes| f64::from(lanes.0[0]));
+    let ratio = f64::from(law::hencky_invariants(&strain).1.0[0]).exp();
+    DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)) * (1.0 / ratio)
+}
+
+/// Unit normal of the tag's cut at the particle; none where the two sides do not meet.
+fn normal(hot: &Hot, tag: Tag, grid: &Grid, table: &Table) -> Option<DVec3> {
+    let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+    let base = (at - 0.5).floor().as_ivec3();
+    let (mut masses, mut gradients) = ([0.0; 2], [DVec3::ZERO; 2]);
+    for i in 0..27 {
+        let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
+        let arm = node.as_dvec3() - at;
+        let weight = spline(arm.x) * spline(arm.y) * spline(arm.z);
+        for (side, sign) in [1, -1].into_iter().enumerate() {
+            let mass = weight * grid.mass_on(table, node, tag.sheet, sign);
+            masses[side] += mass;
+            gradients[side] += mass * arm;
+        }
+    }
+    let total = masses[0] + masses[1];
+    let shares = masses.map(|mass| mass / total);
+    let meet = shares[0].min(shares[1]) > MEETING_SHARE;
+    if meet { (shares[1] * gradients[0] - shares[0] * gradients[1]).try_normalize() } else { None }
+}
