@@ -1,7 +1,7 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
 //! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--engine gpu]
-//! [--json FILE] [--docs docs] [--only SUBSTRING]`
+//! [--json FILE] [--docs docs] [--dump DIR] [--only SUBSTRING]`
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
 //! worse or passes now. 2: bad arguments.
@@ -13,9 +13,11 @@ mod collapse;
 mod cone;
 mod contact;
 mod document;
+mod dump;
 mod edge;
 mod elastic;
 mod evidence;
+mod files;
 mod hertz;
 mod input;
 mod lab;
@@ -61,6 +63,9 @@ struct Args {
     /// The engine that runs the cases.
     #[arg(long, default_value = "native")]
     engine: Kind,
+    /// Also writes data for peers (files, particles, fields, our times on them) to DIR; see benches/peers.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
     /// Runs only cases whose name contains SUBSTRING.
     #[arg(long, value_name = "SUBSTRING")]
     only: Option<String>,
@@ -155,6 +160,7 @@ const CASES: &[Case] = &[
     Case { is_native_only: true, ..stability("as published", published::published) },
     Case { suite: Suite::Surface, name: "random fields", run: surface::random_fields, is_native_only: false },
     Case { suite: Suite::Surface, name: "sphere", run: surface::sphere, is_native_only: false },
+    Case { suite: Suite::Surface, name: "files", run: files::round_trips, is_native_only: false },
 ];
 
 /// What the JSON file holds.
@@ -213,6 +219,9 @@ fn run(args: &Args) -> Result<bool, String> {
         found.push((case.name, rows));
     }
     write(args, &found, &known)?;
+    if let Some(folder) = &args.dump {
+        dump::write(folder, size)?;
+    }
     Ok(is_passed)
 }
 
