@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Peers of the surface: what others say of the exported files, and how long others take on the same data.
 
-    python surface_peers.py DUMP ROWS.json [OURS_AGAIN.json]
+    python surface_peers.py DUMP ROWS.json
+    python surface_peers.py --again DUMP ROWS.json
 
-DUMP is what `validate surface --dump DUMP --json ROWS.json` wrote. The rows of this program go into ROWS.json, beside ours. Times of
-ours were measured by that command, before the peers; OURS_AGAIN.json, `ours.json` of a second dump after them, shows how much the machine changed meanwhile.
+DUMP is what `validate surface --dump DUMP --json ROWS.json` wrote. The rows of this program go into ROWS.json, beside ours. Our times were measured by
+that command, before the peers; those of another dump, made after them and added by `--again`, show how much the machine changed meanwhile.
 
 trimesh judges each file: is_watertight, is_volume (also oriented), bodies, volume. It merges equal positions as it loads.
-scikit-image and splashsurf make meshes: the best of 5 runs each, triangles, volume error, edges that are not of two triangles.
+scikit-image and splashsurf make meshes: least wall time and least CPU time over all threads of 5 runs each, triangles, volume error, edges that are not of two triangles.
 """
 import json
 import sys
@@ -56,13 +57,14 @@ def judge_file(folder, file):
 
 
 def best(make):
-    """The result of a call and the least wall time of some [ms]."""
-    least, made = np.inf, None
+    """The result of a call and the least wall and CPU time of some [ms]."""
+    wall, cpu, made = np.inf, np.inf, None
     for _ in range(RUNS):
-        began = time.perf_counter()
+        began, began_cpu = time.perf_counter(), time.process_time()
         made = make()
-        least = min(least, 1e3 * (time.perf_counter() - began))
-    return made, least
+        wall = min(wall, 1e3 * (time.perf_counter() - began))
+        cpu = min(cpu, 1e3 * (time.process_time() - began_cpu))
+    return made, wall, cpu
 
 
 def odd_edges(faces):
@@ -73,10 +75,10 @@ def odd_edges(faces):
 
 
 def timed(tool, case, data, make, exact):
-    (vertices, faces), ms = best(make)
+    (vertices, faces), ms, cpu_ms = best(make)
     a, b, c = (vertices[faces[:, k]].astype(float) for k in range(3))
     volume = abs(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
-    return row(f"{tool}: {case}", ms, "ms", tool=tool, data=data, triangles=len(faces),
+    return row(f"{tool}: {case}", ms, "ms", cpu_ms=cpu_ms, tool=tool, data=data, triangles=len(faces),
                volume_error_percent=100 * (volume / exact - 1), odd_edges=odd_edges(faces))
 
 
@@ -110,28 +112,30 @@ def peers_of(folder, ours):
 
 def ours_of(ours, when):
     return [
-        row(f"bevy_clay: {t['case']}", t["ms"], "ms", tool="bevy_clay", data=t["data"], triangles=t["triangles"], when=when,
-            volume_error_percent=100 * (t["volume"] / t["exact_volume"] - 1))
+        row(f"bevy_clay: {t['case']}, {when} the peers", t["ms"], "ms", cpu_ms=t["cpu_ms"], tool="bevy_clay", data=t["data"],
+            triangles=t["triangles"], volume_error_percent=100 * (t["volume"] / t["exact_volume"] - 1))
         for t in ours["times"]
     ]
 
 
 def main():
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
+    is_again = sys.argv[1] == "--again"
+    folder, out = (Path(a) for a in sys.argv[-2:])
     ours = json.loads((folder / "ours.json").read_text())
-    rows = [r for file in ours["files"] for r in judge_file(folder, file)]
-    rows += ours_of(ours, "before the peers") + peers_of(folder, ours)
-    for again in sys.argv[3:]:
-        rows += ours_of(json.loads(Path(again).read_text()), "after the peers")
+    if is_again:
+        rows = ours_of(ours, "after")
+    else:
+        rows = [r for file in ours["files"] for r in judge_file(folder, file)]
+        rows += ours_of(ours, "before") + peers_of(folder, ours)
     result = json.loads(out.read_text())
     result["rows"] += rows
     result["peers"] = {"python": sys.version.split()[0], "numpy": np.__version__, "threads": ours["threads"]}
     out.write_text(json.dumps(result, indent=1) + "\n")
     for r in rows:
-        more = f"  {r['triangles']:7d} triangles, volume {r['volume_error_percent']:+.2f} %" if "triangles" in r else ""
+        more = f"{r['cpu_ms']:8.1f} CPU ms, {r['triangles']:7d} triangles, volume {r['volume_error_percent']:+.2f} %" if "cpu_ms" in r else ""
         more += f", {r['odd_edges']} odd edges" if r.get("odd_edges") else ""
-        sign = "" if r["limit"] is None else ("  ok" if r["ok"] else "  MISS")
-        print(f"{r['case']:76s} {r['value']:11.4g} {r['unit']}{sign}{more}")
+        sign = "" if r["limit"] is None else ("ok" if r["ok"] else "MISS")
+        print(f"{r['case']:84s} {r['value']:10.4g} {r['unit']:5s} {sign}{more}")
     return 0 if all(r["ok"] for r in rows) else 1
 
 
