@@ -7,7 +7,8 @@
 DUMP is what `validate surface --dump DUMP --json ROWS.json` wrote. The rows of this program go into ROWS.json, beside ours. Our times were measured by
 that command, before the peers; those of another dump, made after them and added by `--again`, show how much the machine changed meanwhile.
 
-trimesh judges each file: is_watertight, is_volume (also oriented), bodies, volume. It merges equal positions as it loads.
+trimesh judges each file: is_watertight, is_volume (also oriented), bodies, volume. It merges equal positions as it loads. lib3mf, of the 3MF consortium,
+reads the 3MF files in its strict mode.
 scikit-image and splashsurf make meshes: least wall time and least CPU time over all threads of 5 runs each, triangles, volume error, edges that are not of two triangles.
 """
 import json
@@ -16,6 +17,7 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
+import lib3mf
 import numpy as np
 import pysplashsurf
 import trimesh
@@ -53,7 +55,28 @@ def judge_file(folder, file):
         glb = trimesh.load(folder / file["file"].replace(".3mf", ".glb")).to_mesh()
         up = 100 * abs((high - low)[2] / units / np.ptp(glb.bounds, axis=0)[1] - 1)
         rows.append(row(name + "height along z off that of the clay along y", up, "%", 0.1, tool=tool))
+        rows += judge_3mf(folder, file)
     return rows
+
+
+def judge_3mf(folder, file):
+    """Rows of lib3mf's strict reader."""
+    tool = f"lib3mf {version('lib3mf')}"
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(folder / file["file"]))
+    objects, bad = model.GetMeshObjects(), 0
+    while objects.MoveNext():
+        found = objects.GetCurrentMeshObject()
+        bad += not (found.IsManifoldAndOriented() and found.IsValid())
+    name = f"{file['file']}, strictly read: "
+    return [
+        row(name + "warnings", float(reader.GetWarningCount()), "count", 0.0, tool=tool),
+        row(name + "objects not manifold, oriented and valid", float(bad), "count", 0.0, tool=tool),
+        row(name + "unit is not the millimetre", float(model.GetUnit() != lib3mf.ModelUnit.MilliMeter), "-", 0.0, tool=tool),
+        row(name + "objects too many or too few", float(abs(objects.Count() - file["bodies"])), "count", 0.0, tool=tool),
+    ]
 
 
 def best(make):
