@@ -12,6 +12,7 @@ mod cavity;
 mod collapse;
 mod cone;
 mod contact;
+mod cut;
 mod document;
 mod dump;
 mod edge;
@@ -150,6 +151,8 @@ const CASES: &[Case] = &[
     stability("blade leak", blade::leak),
     stability("blade withdrawn", blade::withdrawn),
     stability("blade at rest", blade::at_rest),
+    stability("closed cut", cut::closed),
+    stability("welded cut", cut::welded),
     stability("creep", storage::creep),
     stability("shift", storage::shift),
     stability("crowded cells", storage::crowded),
