@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Peers of the surface: what others say of the exported files, and how long others take on the same data.
 
-    python surface_peers.py DUMP ROWS.json [OURS_AGAIN.json]
+    python surface_peers.py DUMP ROWS.json
+    python surface_peers.py --again DUMP ROWS.json
 
-DUMP is what `validate surface --dump DUMP --json ROWS.json` wrote. The rows of this program go into ROWS.json, beside ours. Times of
-ours were measured by that command, before the peers; OURS_AGAIN.json, `ours.json` of a second dump after them, shows how much the machine changed meanwhile.
+DUMP is what `validate surface --dump DUMP --json ROWS.json` wrote. The rows of this program go into ROWS.json, beside ours. Our times were measured by
+that command, before the peers; those of another dump, made after them and added by `--again`, show how much the machine changed meanwhile.
 
-trimesh judges each file: is_watertight, is_volume (also oriented), bodies, volume. It merges equal positions as it loads.
-scikit-image and splashsurf make meshes: the best of 5 runs each, triangles, volume error, edges that are not of two triangles.
+trimesh judges each file: is_watertight, is_volume (also oriented), bodies, volume. It merges equal positions as it loads. lib3mf, of the 3MF consortium,
+reads the 3MF files in its strict mode.
+scikit-image and splashsurf make meshes: least wall time and least CPU time over all threads of 5 runs each, triangles, volume error, edges that are not of two triangles.
 """
 import json
 import sys
@@ -15,6 +17,7 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
+import lib3mf
 import numpy as np
 import pysplashsurf
 import trimesh
@@ -52,17 +55,39 @@ def judge_file(folder, file):
         glb = trimesh.load(folder / file["file"].replace(".3mf", ".glb")).to_mesh()
         up = 100 * abs((high - low)[2] / units / np.ptp(glb.bounds, axis=0)[1] - 1)
         rows.append(row(name + "height along z off that of the clay along y", up, "%", 0.1, tool=tool))
+        rows += judge_3mf(folder, file)
     return rows
 
 
+def judge_3mf(folder, file):
+    """Rows of lib3mf's strict reader."""
+    tool = f"lib3mf {version('lib3mf')}"
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(folder / file["file"]))
+    objects, bad = model.GetMeshObjects(), 0
+    while objects.MoveNext():
+        found = objects.GetCurrentMeshObject()
+        bad += not (found.IsManifoldAndOriented() and found.IsValid())
+    name = f"{file['file']}, strictly read: "
+    return [
+        row(name + "warnings", float(reader.GetWarningCount()), "count", 0.0, tool=tool),
+        row(name + "objects not manifold, oriented and valid", float(bad), "count", 0.0, tool=tool),
+        row(name + "unit is not the millimetre", float(model.GetUnit() != lib3mf.ModelUnit.MilliMeter), "-", 0.0, tool=tool),
+        row(name + "objects too many or too few", float(abs(objects.Count() - file["bodies"])), "count", 0.0, tool=tool),
+    ]
+
+
 def best(make):
-    """The result of a call and the least wall time of some [ms]."""
-    least, made = np.inf, None
+    """The result of a call and the least wall and CPU time of some [ms]."""
+    wall, cpu, made = np.inf, np.inf, None
     for _ in range(RUNS):
-        began = time.perf_counter()
+        began, began_cpu = time.perf_counter(), time.process_time()
         made = make()
-        least = min(least, 1e3 * (time.perf_counter() - began))
-    return made, least
+        wall = min(wall, 1e3 * (time.perf_counter() - began))
+        cpu = min(cpu, 1e3 * (time.process_time() - began_cpu))
+    return made, wall, cpu
 
 
 def odd_edges(faces):
@@ -73,10 +98,10 @@ def odd_edges(faces):
 
 
 def timed(tool, case, data, make, exact):
-    (vertices, faces), ms = best(make)
+    (vertices, faces), ms, cpu_ms = best(make)
     a, b, c = (vertices[faces[:, k]].astype(float) for k in range(3))
     volume = abs(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
-    return row(f"{tool}: {case}", ms, "ms", tool=tool, data=data, triangles=len(faces),
+    return row(f"{tool}: {case}", ms, "ms", cpu_ms=cpu_ms, tool=tool, data=data, triangles=len(faces),
                volume_error_percent=100 * (volume / exact - 1), odd_edges=odd_edges(faces))
 
 
@@ -110,28 +135,30 @@ def peers_of(folder, ours):
 
 def ours_of(ours, when):
     return [
-        row(f"bevy_clay: {t['case']}", t["ms"], "ms", tool="bevy_clay", data=t["data"], triangles=t["triangles"], when=when,
-            volume_error_percent=100 * (t["volume"] / t["exact_volume"] - 1))
+        row(f"bevy_clay: {t['case']}, {when} the peers", t["ms"], "ms", cpu_ms=t["cpu_ms"], tool="bevy_clay", data=t["data"],
+            triangles=t["triangles"], volume_error_percent=100 * (t["volume"] / t["exact_volume"] - 1))
         for t in ours["times"]
     ]
 
 
 def main():
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
+    is_again = sys.argv[1] == "--again"
+    folder, out = (Path(a) for a in sys.argv[-2:])
     ours = json.loads((folder / "ours.json").read_text())
-    rows = [r for file in ours["files"] for r in judge_file(folder, file)]
-    rows += ours_of(ours, "before the peers") + peers_of(folder, ours)
-    for again in sys.argv[3:]:
-        rows += ours_of(json.loads(Path(again).read_text()), "after the peers")
+    if is_again:
+        rows = ours_of(ours, "after")
+    else:
+        rows = [r for file in ours["files"] for r in judge_file(folder, file)]
+        rows += ours_of(ours, "before") + peers_of(folder, ours)
     result = json.loads(out.read_text())
     result["rows"] += rows
     result["peers"] = {"python": sys.version.split()[0], "numpy": np.__version__, "threads": ours["threads"]}
     out.write_text(json.dumps(result, indent=1) + "\n")
     for r in rows:
-        more = f"  {r['triangles']:7d} triangles, volume {r['volume_error_percent']:+.2f} %" if "triangles" in r else ""
+        more = f"{r['cpu_ms']:8.1f} CPU ms, {r['triangles']:7d} triangles, volume {r['volume_error_percent']:+.2f} %" if "cpu_ms" in r else ""
         more += f", {r['odd_edges']} odd edges" if r.get("odd_edges") else ""
-        sign = "" if r["limit"] is None else ("  ok" if r["ok"] else "  MISS")
-        print(f"{r['case']:76s} {r['value']:11.4g} {r['unit']}{sign}{more}")
+        sign = "" if r["limit"] is None else ("ok" if r["ok"] else "MISS")
+        print(f"{r['case']:84s} {r['value']:10.4g} {r['unit']:5s} {sign}{more}")
     return 0 if all(r["ok"] for r in rows) else 1
 
 

@@ -112,6 +112,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("as published", "softened", "energy is conserved"),
     exact("random fields", "", "closed, manifold, oriented"),
     exact("sphere", "", "the sphere"),
+    exact("files", "", "the displayed mesh"),
+    exact("files", "file to clay to file", "the mesh of the file"),
 ];
 
 #[cfg(test)]

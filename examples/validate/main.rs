@@ -1,7 +1,7 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
 //! `cargo run --release --no-default-features --example validate -- SUITE [--quick] [--engine gpu]
-//! [--json FILE] [--docs docs] [--only SUBSTRING]`
+//! [--json FILE] [--docs docs] [--dump DIR] [--only SUBSTRING]`
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
 //! worse or passes now. 2: bad arguments.
@@ -12,10 +12,13 @@ mod cavity;
 mod collapse;
 mod cone;
 mod contact;
+mod cut;
 mod document;
+mod dump;
 mod edge;
 mod elastic;
 mod evidence;
+mod files;
 mod hertz;
 mod input;
 mod lab;
@@ -61,6 +64,9 @@ struct Args {
     /// The engine that runs the cases.
     #[arg(long, default_value = "native")]
     engine: Kind,
+    /// Also writes data for peers (files, particles, fields, our times on them) to DIR; see benches/peers.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
     /// Runs only cases whose name contains SUBSTRING.
     #[arg(long, value_name = "SUBSTRING")]
     only: Option<String>,
@@ -149,6 +155,8 @@ const CASES: &[Case] = &[
     stability("blade leak", blade::leak),
     stability("blade withdrawn", blade::withdrawn),
     stability("blade at rest", blade::at_rest),
+    stability("closed cut", cut::closed),
+    stability("welded cut", cut::welded),
     stability("creep", storage::creep),
     stability("shift", storage::shift),
     stability("crowded cells", storage::crowded),
@@ -164,6 +172,7 @@ const CASES: &[Case] = &[
     surface_case("clusters", surface::clusters),
     surface_case("surface in motion", surface::motion),
     surface_case("surface time", surface::speed),
+    surface_case("files", files::round_trips),
 ];
 
 /// What the JSON file holds.
@@ -222,6 +231,9 @@ fn run(args: &Args) -> Result<bool, String> {
         found.push((case.name, rows));
     }
     write(args, &found, &known)?;
+    if let Some(folder) = &args.dump {
+        dump::write(folder, size)?;
+    }
     Ok(is_passed)
 }
 

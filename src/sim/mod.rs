@@ -47,7 +47,7 @@
 //!       traction of k, shared out as the stress of clay at yield is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the
 //!       plane lies between them.) Then each two fields a, b of a node, in the order of the divisions they are beyond (bit i for the i-th sheet), exchange momentum while they
 //!       approach along n, unless a blade stands between them: n the normal from a to b of the sheet between them, or the mean of the normals of two,
-//!       `m_B grad m_F - m_F grad m_B` from back to front (central differences of node masses, normalised; no exchange where one vanishes): with
+//!       each the slope of the front's share of the tagged mass, fitted to the 27 nodes about the node ([`cut`]; no exchange where one vanishes): with
 //!       `u = (v_b - v_a) . n < 0` and reduced mass `m = m_a m_b / (m_a + m_b)`, impulse `-m u` on field b along n
 //!       and, against sliding, at most [`CUT_FRICTION`](tool::CUT_FRICTION) times that (never more than stops the sliding).
 //!    5. **Solid tools** in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`](tool::CONTACT_OFFSET), of a separating tool

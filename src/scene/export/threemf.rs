@@ -1,7 +1,7 @@
 //! 3MF (core specification 1.x): a package of one model, an object per body, unit millimetre.
 
 use crate::surface::mesh::Mesh;
-use std::io::{self, Seek, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
@@ -30,7 +30,11 @@ pub(super) fn write(out: &mut (impl Write + Seek), bodies: &[Mesh]) -> io::Resul
     // A model of more than 4 GiB needs zip64, announced before it is written.
     let triangles: usize = bodies.iter().map(|b| b.triangles.len()).sum();
     package.start_file("3D/3dmodel.model", options.large_file(triangles > TRIANGLES_SMALL))?;
-    write_model(&mut package, bodies)?;
+    // The packer would take each number on its own.
+    let mut buffered = BufWriter::new(&mut package);
+    write_model(&mut buffered, bodies)?;
+    buffered.flush()?;
+    drop(buffered);
     package.finish()?;
     Ok(())
 }

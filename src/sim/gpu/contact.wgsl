@@ -158,14 +158,36 @@ fn masses_about(n: vec3i, sheet: u32) -> vec2f {
     return m;
 }
 
-// Normal of a kept cut at a node, from back to front, not normalised: the gradient of the front's share of the tagged mass.
-fn cut_gradient(n: vec3i, sheet: u32) -> vec3f {
-    let here = masses_about(n, sheet);
-    let dx = masses_about(n + vec3i(1, 0, 0), sheet) - masses_about(n - vec3i(1, 0, 0), sheet);
-    let dy = masses_about(n + vec3i(0, 1, 0), sheet) - masses_about(n - vec3i(0, 1, 0), sheet);
-    let dz = masses_about(n + vec3i(0, 0, 1), sheet) - masses_about(n - vec3i(0, 0, 1), sheet);
-    let share = here / (here.x + here.y);
-    return 0.5 * (share.y * vec3f(dx.x, dy.x, dz.x) - share.x * vec3f(dx.y, dy.y, dz.y));
+// Normal of a kept cut at a node, from back to front, not normalised: the slope of the front's share of the tagged mass, fitted to the nodes about it
+// (`cut::fitted_normal`). 0 where there is none.
+fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
+    var weight = 0.0;
+    var share_sum = 0.0;
+    var offset_sum = vec3f(0.0);
+    var slope_sum = vec3f(0.0);
+    var moment = mat3x3f();
+    for (var i = 0; i < 27; i++) {
+        let o = vec3i(i / 9, (i / 3) % 3, i % 3) - 1;
+        let m = masses_about(n + o, sheet);
+        if min(m.x, m.y) <= 0.0 { continue; }
+        let offset = vec3f(o);
+        let off = abs(o);
+        let share = m.x / (m.x + m.y);
+        let w = share * m.y / f32(1u << u32(off.x + off.y + off.z));
+        weight += w;
+        share_sum += w * share;
+        offset_sum += w * offset;
+        slope_sum += w * share * offset;
+        moment += mat3x3f(w * offset.x * offset, w * offset.y * offset, w * offset.z * offset);
+    }
+    if weight == 0.0 { return vec3f(0.0); }
+    let mean = offset_sum / weight;
+    moment -= weight * mat3x3f(mean.x * mean, mean.y * mean, mean.z * mean);
+    let more = NORMAL_REGULARISATION * (moment[0].x + moment[1].y + moment[2].z);
+    moment += mat3x3f(vec3f(more, 0.0, 0.0), vec3f(0.0, more, 0.0), vec3f(0.0, 0.0, more));
+    // The matrix is symmetric and positive: its inverse is that of its cofactors, up to scale.
+    let slope = slope_sum - mean * share_sum;
+    return vec3f(dot(cross(moment[1], moment[2]), slope), dot(cross(moment[2], moment[0]), slope), dot(cross(moment[0], moment[1]), slope));
 }
 
 // The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands between them, which acts on both.
@@ -173,10 +195,11 @@ fn pair_normal(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < (*node).division_count; i++) {
         if (((a ^ b) >> i) & 1u) == 0u { continue; }
-        let gradient = cut_gradient(n, (*node).divisions[i].sheet);
-        let size = length(gradient);
-        if (*node).divisions[i].blade != NO_BLADE || size == 0.0 { return vec3f(0.0); }
-        sum += f32(field_side(node, i, b)) / size * gradient;
+        if (*node).divisions[i].blade != NO_BLADE { return vec3f(0.0); }
+        let slope = cut_slope(n, (*node).divisions[i].sheet);
+        let size = length(slope);
+        if size == 0.0 { return vec3f(0.0); }
+        sum += f32(field_side(node, i, b)) / size * slope;
     }
     let size = length(sum);
     return select(sum / size, vec3f(0.0), size == 0.0);

@@ -1,6 +1,6 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
 
-use super::super::cut::{MEETING_SHARE, WELD_PARTS};
+use super::super::cut::{MEETING_SHARE, NORMAL_REGULARISATION, WELD_PARTS};
 use super::super::params::WALL_TOUCH;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
 use super::layout::{FIELDS, TOOLS_MAX, flag};
@@ -63,6 +63,7 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
         ("MEETING_SHARE", MEETING_SHARE),
+        ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
         ("TOUCH_FADE", TOUCH_FADE),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
         ("TOUCH_SHARE", TOUCH_SHARE),

@@ -2,7 +2,7 @@
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
-use super::super::cut::CutKey;
+use super::super::cut::{self, CutKey};
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::contact::ToolNow;
@@ -310,14 +310,10 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Unit normal of a kept cut at a node, from back to front: the gradient of the front's share of the tagged mass, `m_B grad m_F - m_F grad m_B` up to
-    /// scale. Where both thin out alike, at a free surface or the rim of the tagged layer, it stays the cut's.
+    /// Unit normal of a kept cut at a node, from back to front.
     fn cut_normal(&self, node: IVec3, sheet: u8) -> Option<DVec3> {
-        let mass = |node: IVec3, side: i8| (self.mass_on)(node, sheet, side);
-        let gradient = |side: i8| 0.5 * DVec3::from_array(IVec3::AXES.map(|a| mass(node + a, side) - mass(node - a, side)));
-        let (front, back) = (mass(node, 1), mass(node, -1));
-        let total = front + back;
-        ((back / total) * gradient(1) - (front / total) * gradient(-1)).try_normalize()
+        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+        cut::fitted_normal(about.map(|o| (o.as_dvec3(), (self.mass_on)(node + o, sheet, 1), (self.mass_on)(node + o, sheet, -1))))
     }
 
     /// A share of a tool's contact on one field.

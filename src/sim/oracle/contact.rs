@@ -5,6 +5,7 @@
 //! contact moves the folded mass, the clay and its image, as in the full space that the image stands for: so a frictionless wall
 //! takes no part in sliding.
 
+use super::super::cut;
 use super::super::engine::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid, Node};
@@ -52,20 +53,13 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     }
 }
 
-/// Unit normal of each kept cut that divides the node, from back to front: the gradient of the front's share `m_F / (m_F + m_B)` by central differences,
-/// `m_B grad m_F - m_F grad m_B` up to scale. Where both thin out alike, at a free surface, a wall or the rim of the tagged layer,
-/// the share does not change, and the normal stays the cut's. None where a blade divides the node or the share has no gradient.
+/// Unit normal of each kept cut that divides the node, from back to front; none where a blade divides it.
 fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3>> {
     let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
     let normal = |d: &Division| {
-        let gradient = |side: i8| {
-            let along = |axis: IVec3| mass(coordinate + axis, d.sheet, side) - mass(coordinate - axis, d.sheet, side);
-            DVec3::from_array(IVec3::AXES.map(|axis| 0.5 * along(axis)))
-        };
-        let (front, back) = (mass(coordinate, d.sheet, 1), mass(coordinate, d.sheet, -1));
-        // Shares before products: the product of two small masses would underflow.
-        let total = front + back;
-        if d.band.is_some() { None } else { ((back / total) * gradient(1) - (front / total) * gradient(-1)).try_normalize() }
+        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+        let masses = |o: IVec3| (o.as_dvec3(), mass(coordinate + o, d.sheet, 1), mass(coordinate + o, d.sheet, -1));
+        if d.band.is_some() { None } else { cut::fitted_normal(about.map(masses)) }
     };
     let node = &grid.nodes[index];
     if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(normal).collect() }
