@@ -11,7 +11,7 @@ const NODE_COUNT: usize = (NODES * NODES * NODES) as usize;
 /// First node of a tile, relative to the block.
 const FIRST: i32 = -1;
 /// Crossings stay this far from the nodes, in parts of the edge: no triangle degenerates where a node's value is the threshold.
-const CROSSING_MIN: f64 = 1e-3;
+pub(crate) const CROSSING_MIN: f64 = 1e-3;
 /// Steps between tile nodes along x, y, z.
 pub(crate) const STEPS: [usize; 3] = [1, NODES as usize, (NODES * NODES) as usize];
 /// Vertices that an edge can carry: shared, keeping its low end, keeping its high end.

@@ -64,6 +64,33 @@ impl SurfaceSettings {
     }
 }
 
+/// The raw lattice of a visual grid, and the way from its sums to the field.
+pub(crate) struct Lattice {
+    /// Nodes per cell, of the lattice and the grid.
+    pub(crate) scale: f32,
+    /// Place of visual node 0 on the lattice, less 0 [nodes].
+    pub(crate) shift: f32,
+    pub(crate) filter: Filter,
+}
+
+impl Lattice {
+    /// Nodes before and behind the first one of a particle's stencil that are stored: visual node i reads raw nodes i + first ..= i + last,
+    /// and cells need one node more below.
+    pub(crate) fn reach(&self) -> (i32, i32) {
+        (self.filter.last() + 1, 2 - self.filter.first)
+    }
+}
+
+impl SurfaceSettings {
+    pub(crate) fn lattice(&self) -> Lattice {
+        let blur = self.blur_passes.min(BLUR_PASSES_MAX);
+        match self.tier {
+            Tier::Fine => Lattice { scale: 2.0, shift: 0.5, filter: Filter::refinement(blur) },
+            Tier::Coarse => Lattice { scale: 1.0, shift: 0.0, filter: Filter::blur(blur) },
+        }
+    }
+}
+
 impl Default for SurfaceSettings {
     fn default() -> Self {
         Self::new(Tier::Fine)
@@ -74,11 +101,11 @@ impl Default for SurfaceSettings {
 const BLUR_PASSES_MAX: u32 = 2;
 /// Density below which weights grow: about that of the outermost particles of a flat surface. Measured at 8 particles per cell with two
 /// blurs: 0.62 makes a sphere of 10 cells 0.6 % too small, 0.65 0.1-0.2 % too small, 0.70 0.7-0.8 % too large.
-const SURFACE_DENSITY: f32 = 0.65;
+pub(crate) const SURFACE_DENSITY: f32 = 0.65;
 /// Density from which on a particle is within the surface, whatever the threshold.
 const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
-const DENSITY_MIN: f32 = 0.02;
+pub(crate) const DENSITY_MIN: f32 = 0.02;
 
 /// The fields on the visual grid: f in all, P and M of the two sides of each cut.
 #[derive(Clone, Debug)]
@@ -148,14 +175,10 @@ impl Field {
             free_grains(particles, &densities).into_iter().for_each(|p| weights[p as usize] = 0.0);
         }
 
-        let blur = settings.blur_passes.min(BLUR_PASSES_MAX);
-        let (filter, bins, spacing) = match settings.tier {
-            Tier::Fine => (Filter::refinement(blur), (2.0, 0.5), domain.cell_width / 2.0),
-            Tier::Coarse => (Filter::blur(blur), (1.0, 0.0), domain.cell_width),
-        };
-        let scale = bins.0;
-        // Node i of the filtered field reads raw nodes i + first ..= i + last; cells need one node more below.
-        let bins = Bins::new(points(bins.0, bins.1), (filter.last() + 1, 2 - filter.first));
+        let lattice = settings.lattice();
+        let (scale, filter) = (lattice.scale, &lattice.filter);
+        let spacing = domain.cell_width / f64::from(scale);
+        let bins = Bins::new(points(scale, lattice.shift), lattice.reach());
         let total = filter.apply(&bins.grid, &bins.scatter(&bins.whole(), &weights));
         let scattered = |part: &Part| filter.apply(&bins.grid, &bins.scatter(part, &weights));
         let sheet =
@@ -174,6 +197,30 @@ impl Field {
         };
         let grains = (0..particles.len() as u32).into_par_iter().filter_map(outside).collect();
         (field, grains)
+    }
+
+    /// The greatest difference of a node's value to that of another field of the same lattice, in any of f, P and M.
+    #[doc(hidden)]
+    pub fn greatest_difference(&self, other: &Self) -> f32 {
+        let blocks = self.grid.blocks().iter().chain(other.grid.blocks());
+        let nodes = || (0..BLOCK_NODES as i32).map(|i| IVec3::new(i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK)));
+        let none = NodeValues::default();
+        let of = |field: &Self, sheet: u8| field.sheets.iter().position(|s| s.sheet == sheet);
+        let mut greatest = 0.0f32;
+        for block in blocks {
+            for node in nodes().map(|n| *block * BLOCK + n) {
+                let mut compare = |a: &NodeValues, b: &NodeValues| {
+                    greatest = greatest.max((self.grid.value(a, node) - other.grid.value(b, node)).abs());
+                };
+                compare(&self.total, &other.total);
+                for sheet in self.sheets.iter().chain(&other.sheets).map(|s| s.sheet) {
+                    let [a, b] = [of(self, sheet).map(|k| &self.sheets[k]), of(other, sheet).map(|k| &other.sheets[k])];
+                    compare(a.map_or(&none, |s| &s.front), b.map_or(&none, |s| &s.front));
+                    compare(a.map_or(&none, |s| &s.back), b.map_or(&none, |s| &s.back));
+                }
+            }
+        }
+        greatest
     }
 
     /// f between nodes, linear along each axis; `at` in node spacings.
@@ -255,9 +302,9 @@ fn weights(volumes: Vec<f32>, densities: &[f32], exponent: f32) -> Vec<f32> {
 }
 
 /// A separable filter: node i of the result is `sum_k taps[k] raw[i + first + k]` along each axis.
-struct Filter {
-    first: i32,
-    taps: Vec<f32>,
+pub(crate) struct Filter {
+    pub(crate) first: i32,
+    pub(crate) taps: Vec<f32>,
 }
 
 impl Filter {

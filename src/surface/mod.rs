@@ -38,6 +38,7 @@ mod cells;
 pub mod check;
 pub mod extract;
 pub mod field;
+pub mod gpu;
 pub mod grains;
 mod grid;
 pub mod labels;

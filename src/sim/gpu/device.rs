@@ -108,12 +108,12 @@ impl GpuMode {
 }
 
 /// Checks a number that is needed against a limit of the device.
-pub(super) fn check(name: &'static str, value: u64, needed: u64, fits: Option<String>) -> Result<(), GpuError> {
+pub(crate) fn check(name: &'static str, value: u64, needed: u64, fits: Option<String>) -> Result<(), GpuError> {
     if needed > value { Err(GpuError::Limit { name, value, needed, fits }) } else { Ok(()) }
 }
 
 /// Runs `work` and hands out what the device found wrong with it, instead of wgpu's own handler, which ends the program.
-pub(super) fn guarded<T>(device: &wgpu::Device, what: &str, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+pub(crate) fn guarded<T>(device: &wgpu::Device, what: &str, work: impl FnOnce() -> T) -> Result<T, GpuError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = work();

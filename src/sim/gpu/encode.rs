@@ -186,7 +186,7 @@ impl<'a> Encoding<'a> {
         let w = &self.work;
         let Some(kernel) = w.kernels.get(id) else { return };
         self.groups.entry((id, v)).or_insert_with(|| {
-            let entry = |b: &super::wgsl::Binding| {
+            let entry = |b: &super::kernel::Binding| {
                 let buffer = w.buffers.bound(b.index, v)?;
                 Some(wgpu::BindGroupEntry { binding: b.index, resource: buffer.as_entire_binding() })
             };

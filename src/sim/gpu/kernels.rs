@@ -1,17 +1,10 @@
 //! Pipelines, made once a device.
 
 use super::device::{GpuError, guarded};
+use super::kernel::Kernel;
 use super::pass::{Id, PASSES};
-use super::wgsl::{Binding, CLASSES, bindings, compose};
+use super::wgsl::{CLASSES, compose};
 use std::sync::OnceLock;
-
-/// A pass ready to run.
-#[derive(Debug)]
-pub(super) struct Kernel {
-    pub pipeline: wgpu::ComputePipeline,
-    pub layout: wgpu::BindGroupLayout,
-    pub bindings: Vec<Binding>,
-}
 
 /// The passes for each of [`CLASSES`], compiled when they are first asked for.
 #[derive(Debug)]
@@ -73,41 +66,5 @@ impl Kernels {
 }
 
 fn kernel(device: &wgpu::Device, pass: &super::pass::Pass, classes: u32) -> Kernel {
-    let text = compose(pass, classes);
-    let label = format!("clay:{}", pass.name);
-    let bindings = bindings(&text);
-    let entry = |b: &Binding| wgpu::BindGroupLayoutEntry {
-        binding: b.index,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: if b.is_uniform {
-                wgpu::BufferBindingType::Uniform
-            } else {
-                wgpu::BufferBindingType::Storage { read_only: b.is_read_only }
-            },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
-    let entries: Vec<_> = bindings.iter().map(entry).collect();
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(&label), entries: &entries });
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(&label),
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
-    });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(&label),
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(&label),
-        layout: Some(&pipeline_layout),
-        module: &module,
-        entry_point: Some(pass.name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    Kernel { pipeline, layout, bindings }
+    Kernel::new(device, pass.name, compose(pass, classes))
 }

@@ -6,7 +6,7 @@
 //! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts   |
 //! | `layout`   | Rust twins of the WGSL structs                                             |
 //! | `buffers`  | buffers, what is bound where, limits                                       |
-//! | `kernels`  | pipelines                                                                  |
+//! | `kernels`  | pipelines, each a `kernel`                                                                  |
 //! | `plan`     | fixed-point scales, how often particles are re-binned                      |
 //! | `solver`   | frames under way, redo, growth                                             |
 //! | `readback` | what comes back, without waiting; `stamps`: device times                   |
@@ -19,6 +19,7 @@
 mod buffers;
 mod device;
 mod encode;
+pub(crate) mod kernel;
 mod kernels;
 mod layout;
 mod pass;
@@ -31,13 +32,13 @@ mod trace;
 mod wgsl;
 
 pub use device::{GpuDevice, GpuError, GpuMode};
+pub(crate) use device::{check, guarded};
 pub use layout::TOOLS_MAX;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceSource};
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
-use device::guarded;
 use kernels::KernelSets;
 use solver::{Latest, Share, Solver};
 use std::sync::atomic::{AtomicUsize, Ordering};

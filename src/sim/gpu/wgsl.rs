@@ -77,30 +77,9 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
     text
 }
 
-/// A buffer that a text binds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Binding {
-    pub index: u32,
-    pub is_uniform: bool,
-    pub is_read_only: bool,
-}
-
-/// The bindings that `text` declares, in its order.
-pub(super) fn bindings(text: &str) -> Vec<Binding> {
-    let declaration = |line: &str| {
-        let after = line.strip_prefix("@group(0) @binding(")?;
-        let (index, rest) = after.split_once(')')?;
-        Some(Binding {
-            index: index.parse().ok()?,
-            is_uniform: rest.contains("var<uniform>"),
-            is_read_only: rest.contains("var<storage, read>"),
-        })
-    };
-    text.lines().filter_map(declaration).collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::kernel::{Binding, bindings};
     use super::super::layout::{GpuTool, Params, Status, ToolCount, Total};
     use super::super::pass::PASSES;
     use super::*;

@@ -1,0 +1,135 @@
+//! Buffers of one clay's surface, by what they hold, and what is bound where.
+
+use super::layout::{Params, SurfaceStatus};
+use super::wgsl::{SCAN_CHUNK, case_words};
+use crate::sim::gpu::{GpuError, check};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// How much there is room for. What a run says there was no room for is in its status; a surface with more room is made then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SurfaceRoom {
+    /// Blocks of 8^3 nodes of the cell grid, at most 65,535.
+    pub cell_blocks: u32,
+    /// Blocks of 8^3 nodes of the visual grid, at most 65,535.
+    pub blocks: u32,
+    /// Cuts with clay on both sides, at most 64.
+    pub sheets: u32,
+}
+
+impl SurfaceRoom {
+    /// Room for compact clay of so many particles, 8 per cell, with up to 4 cuts.
+    pub fn for_particles(count: usize) -> Self {
+        // A block holds 512 cells' clay, or 64 on the visual grid; thrice that for the blocks that the surface passes.
+        let cells = count / 8;
+        let blocks = |cells_per_block: usize| (3 * cells / cells_per_block + 256).min(65_535) as u32;
+        Self { cell_blocks: blocks(512), blocks: blocks(64), sheets: 4 }
+    }
+
+    /// More room, where `status` asks for it.
+    #[must_use]
+    pub fn grown(self, status: &SurfaceStatus) -> Self {
+        let more = |room: u32, needed: u32| if needed > room { (needed + needed / 4).min(65_535) } else { room };
+        Self {
+            cell_blocks: more(self.cell_blocks, status.slot_counts[0]),
+            blocks: more(self.blocks, status.slot_counts[1]),
+            sheets: self.sheets.max(status.sheet_count.min(super::layout::SHEETS_MAX as u32)),
+        }
+    }
+}
+
+/// Which level's buffers a pass binds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Level {
+    /// The cell grid.
+    Cells = 0,
+    /// The visual grid.
+    Visual = 1,
+}
+
+/// All buffers but those of the mesh.
+#[derive(Debug)]
+pub(super) struct Buffers {
+    pub params: [wgpu::Buffer; 2],
+    pub status: wgpu::Buffer,
+    pub tables: [wgpu::Buffer; 2],
+    pub blocks: [wgpu::Buffer; 2],
+    pub sums: [wgpu::Buffer; 2],
+    pub fields: wgpu::Buffer,
+    pub dispatch: wgpu::Buffer,
+    weights: wgpu::Buffer,
+    kept: wgpu::Buffer,
+    kept_blocks: wgpu::Buffer,
+    cells: wgpu::Buffer,
+    counts: wgpu::Buffer,
+    chunks: [wgpu::Buffer; 2],
+    planes: wgpu::Buffer,
+    cases: wgpu::Buffer,
+}
+
+/// Words of 4 bytes per node and plane, and per block of the visual grid.
+const BLOCK_BYTES: u64 = 512 * 4;
+
+impl Buffers {
+    /// # Errors
+    /// A limit of the device.
+    pub(super) fn new(device: &wgpu::Device, particles: u32, entries: [u32; 2], room: SurfaceRoom) -> Result<Self, GpuError> {
+        let planes = u64::from(1 + 2 * room.sheets);
+        let field_bytes = u64::from(room.blocks) * planes * BLOCK_BYTES;
+        let limits = device.limits();
+        let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        let fits = Some(format!("{} blocks of 8^3 nodes with {} cuts", most / (planes * BLOCK_BYTES), room.sheets));
+        check("max_storage_buffer_binding_size", most, field_bytes.max(4 * u64::from(entries[1])), fits)?;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let make = |name: &str, bytes: u64, usage: wgpu::BufferUsages| {
+            let label = format!("clay surface:{name}");
+            device.create_buffer(&wgpu::BufferDescriptor { label: Some(&label), size: bytes.max(16), usage, mapped_at_creation: false })
+        };
+        let storage = |name: &str, bytes: u64| make(name, bytes, usage);
+        let words = |count: u32| 4 * u64::from(count);
+        let uniform = || make("params", size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
+        Ok(Self {
+            params: [uniform(), uniform()],
+            status: storage("status", size_of::<SurfaceStatus>() as u64),
+            tables: entries.map(|n| storage("table", words(n))),
+            blocks: [room.cell_blocks, room.blocks].map(|n| storage("blocks", words(n))),
+            sums: [storage("densities", u64::from(room.cell_blocks) * BLOCK_BYTES), storage("sums", field_bytes)],
+            fields: storage("fields", field_bytes),
+            kept: storage("kept fields", field_bytes),
+            kept_blocks: storage("kept blocks", words(room.blocks)),
+            dispatch: make("dispatch", 80, usage | wgpu::BufferUsages::INDIRECT),
+            weights: storage("weights", words(particles)),
+            cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
+            counts: storage("counts", 2 * words(room.blocks)),
+            chunks: entries.map(|n| storage("chunk sums", words(n.div_ceil(SCAN_CHUNK)))),
+            planes: storage("planes", 4 * 256),
+            cases: device.create_buffer_init(&BufferInitDescriptor {
+                label: Some("clay surface:cases"),
+                contents: bytemuck::cast_slice(&case_words()),
+                usage: wgpu::BufferUsages::UNIFORM,
+            }),
+        })
+    }
+
+    /// The buffer of a binding; `None` for those of the particles and the mesh.
+    pub(super) fn bound(&self, binding: u32, level: Level) -> Option<&wgpu::Buffer> {
+        let level = level as usize;
+        Some(match binding {
+            0 => &self.params[level],
+            1 => &self.status,
+            3 => &self.tables[level],
+            4 => &self.blocks[level],
+            6 => &self.weights,
+            7 => &self.sums[level],
+            8 => &self.fields,
+            9 => &self.cells,
+            10 => &self.kept,
+            11 => &self.kept_blocks,
+            12 => &self.counts,
+            15 => &self.cases,
+            16 => &self.chunks[level],
+            17 => &self.dispatch,
+            18 => &self.planes,
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! The order of the passes, once.
+
+use super::GpuSurface;
+use super::buffers::Level;
+use super::wgsl::{Id, SCAN_CHUNK};
+
+/// Where the mesh goes: parts of buffers with usage `STORAGE`.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshTarget<'a> {
+    /// Vertices of 7 words.
+    pub vertices: &'a wgpu::Buffer,
+    /// The first one [vertices].
+    pub vertex_first: u32,
+    /// Most vertices.
+    pub vertex_capacity: u32,
+    /// Indices, from 0 for the first vertex.
+    pub indices: &'a wgpu::Buffer,
+    /// The first one [indices].
+    pub index_first: u32,
+    /// Most indices.
+    pub index_capacity: u32,
+}
+
+/// Workgroups of a pass.
+#[derive(Clone, Copy)]
+enum Groups {
+    /// So many.
+    Count(u32),
+    /// As the device says, at this word of the dispatch buffer.
+    Indirect(u64),
+}
+
+impl GpuSurface {
+    /// Records the passes for `count` particles of 24 bytes ([`SurfaceParticle`](crate::sim::engine::SurfaceParticle)). To be submitted before
+    /// the next call. Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another target.
+    pub fn encode(
+        &mut self,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        (particles, count): (&wgpu::Buffer, u32),
+        target: &MeshTarget<'_>,
+        is_forced: bool,
+    ) {
+        self.upload(queue, count, target, is_forced);
+        encoder.clear_buffer(&self.buffers.status, 0, Some(20));
+        encoder.clear_buffer(&self.buffers.status, 48, Some(64));
+        for level in [0, 1] {
+            encoder.clear_buffer(&self.buffers.tables[level], 0, None);
+            encoder.clear_buffer(&self.buffers.sums[level], 0, None);
+        }
+        let by_particle = Groups::Count(count.div_ceil(64));
+        let (cells, visual) = (Level::Cells, Level::Visual);
+        let mut passes = vec![];
+        for level in [cells, visual] {
+            let entries = self.params[level as usize].blocks.iter().product::<i32>().cast_unsigned();
+            let by_chunk = Groups::Count(entries.div_ceil(SCAN_CHUNK));
+            passes.extend([
+                (Id::Mark, level, by_particle),
+                (Id::ScanSums, level, by_chunk),
+                (Id::ScanChunks, level, Groups::Count(1)),
+                (Id::ScanWrite, level, by_chunk),
+            ]);
+        }
+        passes.extend([
+            (Id::Survey, visual, by_particle),
+            (Id::Assign, visual, Groups::Count(1)),
+            (Id::ScatterDensity, cells, by_particle),
+            (Id::Weigh, cells, by_particle),
+            (Id::Scatter, visual, by_particle),
+            (Id::Filter, visual, Groups::Indirect(0)),
+            (Id::Compare, visual, Groups::Indirect(0)),
+            (Id::Decide, visual, Groups::Count(1)),
+            (Id::Keep, visual, Groups::Indirect(4)),
+        ]);
+        passes.extend(Self::mesh_passes());
+        self.run(encoder, &passes, Some(particles), target);
+    }
+
+    /// Fields -> mesh.
+    fn mesh_passes() -> [(Id, Level, Groups); 6] {
+        let (visual, by_block, once) = (Level::Visual, Groups::Indirect(8), Groups::Indirect(12));
+        [
+            (Id::Label, visual, by_block),
+            (Id::Bodies, visual, by_block),
+            (Id::Count, visual, by_block),
+            (Id::Offsets, visual, once),
+            (Id::Emit, visual, Groups::Indirect(16)),
+            (Id::Tail, visual, once),
+        ]
+    }
+
+    /// Records the passes from fields to mesh alone, for fields that [`Self::load_field`](GpuSurface::load_field) put there.
+    #[doc(hidden)]
+    pub fn encode_mesh(&mut self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
+        self.upload(queue, 0, target, true);
+        self.run(encoder, &Self::mesh_passes(), None, target);
+    }
+
+    fn upload(&mut self, queue: &wgpu::Queue, count: u32, target: &MeshTarget<'_>, is_forced: bool) {
+        for (params, buffer) in self.params.iter_mut().zip(&self.buffers.params) {
+            params.particle_count = count;
+            (params.vertex_first, params.vertex_capacity) = (target.vertex_first, target.vertex_capacity);
+            (params.index_first, params.index_capacity) = (target.index_first, target.index_capacity);
+            params.is_forced = u32::from(is_forced || self.is_new);
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(params));
+        }
+        self.is_new = false;
+    }
+
+    /// One compute pass of several dispatches; each sees what those before it wrote.
+    fn run(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        passes: &[(Id, Level, Groups)],
+        particles: Option<&wgpu::Buffer>,
+        target: &MeshTarget<'_>,
+    ) {
+        let device = &self.kernels.device;
+        let bind = |&(id, level, _): &(Id, Level, Groups)| {
+            let kernel = self.kernels.get(id);
+            let buffer = |binding: u32| match binding {
+                2 => particles,
+                13 => Some(target.vertices),
+                14 => Some(target.indices),
+                _ => self.buffers.bound(binding, level),
+            };
+            let entry = |b: &crate::sim::gpu::kernel::Binding| {
+                Some(wgpu::BindGroupEntry { binding: b.index, resource: buffer(b.index)?.as_entire_binding() })
+            };
+            let entries: Vec<_> = kernel.bindings.iter().filter_map(entry).collect();
+            let label = Some(id.pass().name);
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout: &kernel.layout, entries: &entries })
+        };
+        let groups: Vec<wgpu::BindGroup> = passes.iter().map(bind).collect();
+        let most = device.limits().max_compute_workgroups_per_dimension;
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("clay surface"), timestamp_writes: None });
+        for ((id, _, count), group) in passes.iter().zip(&groups) {
+            pass.set_pipeline(&self.kernels.get(*id).pipeline);
+            pass.set_bind_group(0, group, &[]);
+            match count {
+                Groups::Count(count) => pass.dispatch_workgroups((*count).min(most), count.div_ceil(most), 1),
+                Groups::Indirect(word) => pass.dispatch_workgroups_indirect(&self.buffers.dispatch, 4 * word),
+            }
+        }
+    }
+}

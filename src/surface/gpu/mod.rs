@@ -1,0 +1,149 @@
+//! The surface on the GPU: the same fields, the same rules, the same mesh, by compute passes into buffers that are given.
+//!
+//! | file       | does                                                                     |
+//! |------------|--------------------------------------------------------------------------|
+//! | `encode`   | the order of the passes, once                                            |
+//! | `wgsl`     | the passes: one text each in `pass`, with the shared parts beside it     |
+//! | `layout`   | Rust twins of the WGSL structs                                           |
+//! | `buffers`  | buffers, what is bound where, room                                       |
+//! | `field`    | fields to and from the device: for tests                                 |
+//!
+//! Clay at rest costs its fields alone: nothing is extracted, and no bit of the mesh changes, until some node's value has changed by 1 % of
+//! the inside's. Sums are in fixed point and slots are dealt by a prefix sum, so runs repeat bit by bit.
+//!
+//! Vertices are 7 words: place [m], normal, and the number of their edge and variant. Those on the faces of blocks of 8^3 nodes stand in each
+//! block that has them, with the same place, normal and number: so the mesh is closed to the eye and can be merged by number.
+
+mod buffers;
+mod encode;
+mod field;
+mod layout;
+mod wgsl;
+
+pub use buffers::SurfaceRoom;
+pub use encode::MeshTarget;
+pub use layout::{SurfaceStatus, flag};
+
+use super::field::{Filter, SurfaceSettings};
+use super::labels::CutMethod;
+use crate::sim::gpu::kernel::Kernel;
+use crate::sim::gpu::{GpuError, guarded};
+use crate::sim::params::Domain;
+use buffers::{Buffers, Level};
+use glam::IVec3;
+use layout::Params;
+use std::sync::Arc;
+use wgsl::{Id, PASSES, compose};
+
+/// Words of a vertex.
+pub const VERTEX_WORDS: u32 = 7;
+
+/// The compiled passes, for any number of surfaces on a device.
+#[derive(Clone, Debug)]
+pub struct SurfaceKernels {
+    device: wgpu::Device,
+    kernels: Arc<Vec<Kernel>>,
+}
+
+impl SurfaceKernels {
+    /// Compiles the passes; seconds on software adapters.
+    ///
+    /// # Errors
+    /// What the device refused.
+    pub fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
+        let compile = |pass: &wgsl::Pass| {
+            guarded(device, &format!("pass {}", pass.name), || Kernel::new(device, pass.entry, compose(pass)))
+        };
+        let kernels = PASSES.iter().map(compile).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { device: device.clone(), kernels: Arc::new(kernels) })
+    }
+
+    fn get(&self, id: Id) -> &Kernel {
+        &self.kernels[id as usize]
+    }
+}
+
+/// The surface of one clay: its buffers on the device.
+#[derive(Debug)]
+pub struct GpuSurface {
+    kernels: SurfaceKernels,
+    buffers: Buffers,
+    params: [Params; 2],
+    room: SurfaceRoom,
+    is_new: bool,
+}
+
+impl GpuSurface {
+    /// A surface for up to `particle_count` particles in `domain`. `settings.normals` is taken for granted.
+    ///
+    /// # Errors
+    /// More memory than the device has, or than one buffer may have.
+    pub fn new(
+        kernels: &SurfaceKernels,
+        domain: &Domain,
+        particle_count: u32,
+        settings: &SurfaceSettings,
+        room: SurfaceRoom,
+    ) -> Result<Self, GpuError> {
+        let params = [Level::Cells, Level::Visual].map(|level| params(domain, settings, room, level));
+        let entries = params.map(|p| p.blocks.iter().product::<i32>().cast_unsigned());
+        let make = || Buffers::new(&kernels.device, particle_count, entries, room);
+        let buffers = guarded(&kernels.device, "the surface's buffers", make)??;
+        Ok(Self { kernels: kernels.clone(), buffers, params, room, is_new: true })
+    }
+
+    /// How much there is room for.
+    pub fn room(&self) -> SurfaceRoom {
+        self.room
+    }
+
+    /// Holds a [`SurfaceStatus`] after each run; may be copied from.
+    pub fn status_buffer(&self) -> &wgpu::Buffer {
+        &self.buffers.status
+    }
+}
+
+/// What the passes know of the clay's room and the settings; particles and mesh are filled in for each run.
+fn params(domain: &Domain, settings: &SurfaceSettings, room: SurfaceRoom, level: Level) -> Params {
+    let lattice = settings.lattice();
+    let (scale, shift, reach) = match level {
+        Level::Cells => (1.0, 0.0, (0, 2)),
+        Level::Visual => (lattice.scale, lattice.shift, lattice.reach()),
+    };
+    let cells = domain.grid_cells();
+    // Blocks of the nodes that a particle anywhere in the grid reaches, the first one at -1.
+    let highest = cells.as_vec3() * scale + reach.1 as f32 + 2.0;
+    let blocks = highest.map(f32::ceil).as_ivec3().map(|n| n.div_euclid(8)) + IVec3::splat(3);
+    let filter: &Filter = &lattice.filter;
+    let mut taps = [0.0; 8];
+    taps[..filter.taps.len()].copy_from_slice(&filter.taps);
+    let (slot_capacity, number) = match level {
+        Level::Cells => (room.cell_blocks, 0),
+        Level::Visual => (room.blocks, 1),
+    };
+    Params {
+        blocks: blocks.to_array(),
+        particle_count: 0,
+        usable: cells.as_vec3().to_array(),
+        spacing: (domain.cell_width / f64::from(lattice.scale)) as f32,
+        origin: domain.origin.as_vec3().to_array(),
+        iso: settings.iso_threshold,
+        scale,
+        shift,
+        reach_low: reach.0,
+        reach_high: reach.1,
+        density_exponent: settings.density_exponent,
+        first: filter.first,
+        tap_count: filter.taps.len() as u32,
+        slot_capacity,
+        taps,
+        sheet_capacity: room.sheets,
+        vertex_first: 0,
+        vertex_capacity: 0,
+        index_first: 0,
+        index_capacity: 0,
+        is_forced: 0,
+        level: number,
+        method: u32::from(settings.method == CutMethod::Equation9),
+    }
+}

@@ -1,0 +1,40 @@
+// Rule 4: the bodies of each cell.
+
+fn bodies_of(cell: vec3i) -> u32 {
+    var corners: array<u32, 8>;
+    var first: array<u32, 8>;
+    var is_whole = true;
+    for (var i = 0u; i < 8u; i++) {
+        corners[i] = label_at(cell + corner_of(i));
+        first[i] = i;
+        is_whole = is_whole && (corners[i] >> 1u) == (corners[0] >> 1u);
+    }
+    if is_whole { return 0u; }
+    var is_grown = true;
+    while is_grown {
+        is_grown = false;
+        for (var i = 0u; i < 8u; i++) {
+            for (var j = 0u; j < i; j++) {
+                let are_in = (corners[i] & corners[j] & 1u) == 1u;
+                if are_in && first[i] != first[j] && !is_parted(corners[i], corners[j]) {
+                    let least = min(first[i], first[j]);
+                    first[i] = least;
+                    first[j] = least;
+                    is_grown = true;
+                }
+            }
+        }
+    }
+    var bits = 0u;
+    for (var i = 0u; i < 8u; i++) { bits |= first[i] << (3u * i); }
+    return bits;
+}
+
+@compute @workgroup_size(256)
+fn bodies(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
+    let slot = group.x;
+    find_neighbours(block_of(blocks[slot]), k);
+    for (var j = k; j < 512u; j += 256u) {
+        cells[slot * 1536u + 1024u + j] = bodies_of(local_node(j));
+    }
+}

@@ -1,0 +1,15 @@
+// What has changed is extracted, the rest not run at all.
+
+@group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
+
+@compute @workgroup_size(1)
+fn decide() {
+    if atomicLoad(&status.flags) != 0u { atomicStore(&status.is_changed, 0u); }
+    if atomicLoad(&status.is_changed) == 0u {
+        for (var i = 4u; i < 20u; i += 4u) { dispatch[i] = 0u; }
+        return;
+    }
+    status.kept_slots = min(status.slot_counts[1], params.slot_capacity);
+    status.kept_sheets = status.sheet_count;
+    status.extraction_count++;
+}

@@ -1,0 +1,24 @@
+// Marked blocks of each chunk of the table.
+
+@group(0) @binding(3) var<storage, read> table: array<u32>;
+@group(0) @binding(16) var<storage, read_write> chunks: array<u32>;
+
+var<workgroup> partial: array<u32, 64>;
+
+@compute @workgroup_size(64)
+fn scan_sums(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+    let chunk = group_number(group, groups);
+    let each = SCAN_CHUNK / 64u;
+    let first = chunk * SCAN_CHUNK + k * each;
+    var sum = 0u;
+    for (var j = first; j < min(first + each, arrayLength(&table)); j++) {
+        sum += table[j];
+    }
+    partial[k] = sum;
+    workgroupBarrier();
+    if k == 0u && chunk < arrayLength(&chunks) {
+        var all = 0u;
+        for (var j = 0u; j < 64u; j++) { all += partial[j]; }
+        chunks[chunk] = all;
+    }
+}

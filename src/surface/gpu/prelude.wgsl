@@ -1,0 +1,86 @@
+// What every pass sees. Lengths in node spacings of the level's lattice, values in those of the inside of clay.
+// Two levels: the cell grid, for densities, and the visual grid. The constants above this text are generated from Rust.
+
+struct Params {
+    blocks: vec3i, // of 8^3 nodes along each axis, the first one at -1
+    particle_count: u32,
+    usable: vec3f, // greatest place of a particle [cells]
+    spacing: f32, // of visual nodes [m]
+    origin: vec3f, // of visual node 0 [m]
+    iso: f32, // threshold
+    scale: f32, // nodes per cell
+    shift: f32, // of this level's lattice [nodes]
+    reach_low: i32, // nodes in stored blocks before and behind the first node of a stencil
+    reach_high: i32,
+    density_exponent: f32,
+    first: i32, // visual node i is sum_k taps[k] raw[i + first + k], along each axis
+    tap_count: u32,
+    slot_capacity: u32,
+    taps: array<vec4f, 2>,
+    sheet_capacity: u32, // sheets with room for their fields
+    vertex_first: u32, // where vertices and indices begin in their buffers [vertices, indices]
+    vertex_capacity: u32,
+    index_first: u32,
+    index_capacity: u32,
+    is_forced: u32, // whether to extract whatever has changed or not
+    level: u32, // 0 cell grid, 1 visual grid
+    method: u32, // 0 two lips, 1 Equation 9
+}
+
+// Counts are of the last run; those marked kept of the last extraction.
+struct Status {
+    flags: atomic<u32>,
+    slot_counts: array<u32, 2>, // blocks in use, by level
+    sheet_count: u32, // cuts with clay on both sides
+    is_changed: atomic<u32>, // whether any value has changed by more than HYSTERESIS since the last extraction
+    vertex_count: u32, // kept
+    index_count: u32, // kept
+    index_count_before: u32, // kept, of the extraction before
+    kept_slots: u32, // kept: blocks and cuts
+    kept_sheets: u32,
+    extraction_count: u32, // kept
+    spare: u32,
+    sides: array<atomic<u32>, 16>, // bit by sheet: clay in front, clay behind
+    sheets: array<u32, SHEETS_MAX>, // kept: numbers of the cuts with fields, in order
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read_write> status: Status;
+
+// Number of the invocation, or workgroup, in a dispatch of any shape.
+fn group_number(group: vec3u, groups: vec3u) -> u32 {
+    return group.y * groups.x + group.x;
+}
+
+fn plane_count() -> u32 {
+    return 1u + 2u * min(status.sheet_count, params.sheet_capacity);
+}
+
+fn planes_stored() -> u32 {
+    return 1u + 2u * params.sheet_capacity;
+}
+
+// Entry of a block in the table; blocks beyond it have none.
+fn has_entry(block: vec3i) -> bool {
+    return all(block >= vec3i(-1)) && all(block < params.blocks - 1);
+}
+
+fn entry_of(block: vec3i) -> u32 {
+    let b = block + 1;
+    return u32((b.z * params.blocks.y + b.y) * params.blocks.x + b.x);
+}
+
+fn block_of(entry: u32) -> vec3i {
+    let n = vec3u(params.blocks);
+    return vec3i(vec3u(entry % n.x, (entry / n.x) % n.y, entry / (n.x * n.y))) - 1;
+}
+
+// Node in its block, x fastest.
+fn local_index(node: vec3i) -> u32 {
+    let l = vec3u(node & vec3i(7));
+    return l.x + 8u * (l.y + 8u * l.z);
+}
+
+fn local_node(k: u32) -> vec3i {
+    return vec3i(vec3u(k & 7u, (k >> 3u) & 7u, k >> 6u));
+}

@@ -1,0 +1,129 @@
+// Rule 7: where a vertex stands on its edge, and its normal. See cells.rs.
+
+fn field_at(node: vec3i, plane: u32) -> f32 {
+    let slot = slot_near(node);
+    if slot == 0u { return 0.0; }
+    return fields[((slot - 1u) * planes_stored() + plane) * 512u + local_index(node)];
+}
+
+fn own_at(node: vec3i) -> f32 {
+    return bitcast<f32>(cell_word(node, 1u));
+}
+
+// Number of a sheet among those with fields.
+fn sheet_number(sheet: u32) -> u32 {
+    let count = min(status.sheet_count, params.sheet_capacity);
+    for (var s = 0u; s < count; s++) {
+        if status.sheets[s] == sheet { return s; }
+    }
+    return 0u;
+}
+
+// Value of the side that a label's word names, at a node, whoever owns it.
+fn value_of_side(node: vec3i, word: u32) -> f32 {
+    let s = sheet_number(word >> 1u);
+    let front = field_at(node, 2u * s + 1u);
+    let back = field_at(node, 2u * s + 2u);
+    return side_value(field_at(node, 0u), front + back, select(front, back, (word & 1u) == 1u));
+}
+
+// Least value at a node of the sides that `label` names, but for sheets that part it from `across`.
+fn value_beside(node: vec3i, label: u32, across: u32) -> f32 {
+    var least = field_at(node, 0u);
+    for (var i = 0u; i < CUTS_MAX; i++) {
+        let word = label_word(label, i);
+        if word == 0u { break; }
+        if !has_word(across, word ^ 1u) { least = min(least, value_of_side(node, word)); }
+    }
+    return least;
+}
+
+fn crossing_of(a: f32, b: f32) -> f32 {
+    return (params.iso - a) / (b - a);
+}
+
+// Zero of (P - M) / (P + M) from a on towards b.
+fn sheet_crossing(word: u32, a: vec3i, b: vec3i) -> f32 {
+    let s = sheet_number(word >> 1u);
+    let fa = vec2f(field_at(a, 2u * s + 1u), field_at(a, 2u * s + 2u));
+    let fb = vec2f(field_at(b, 2u * s + 1u), field_at(b, 2u * s + 2u));
+    let qa = (fa.x - fa.y) / (fa.x + fa.y);
+    let qb = (fb.x - fb.y) / (fb.x + fb.y);
+    if qa == qb { return 0.5; }
+    return qa / (qa - qb);
+}
+
+// Where both lips stand between two inside nodes: the mean over the sheets that part them.
+fn pinned_crossing(low: vec3i, high: vec3i) -> f32 {
+    let a = label_at(low);
+    let b = label_at(high);
+    var sum = 0.0;
+    var count = 0.0;
+    for (var i = 0u; i < CUTS_MAX; i++) {
+        let word = label_word(a, i);
+        if word != 0u && has_word(b, word ^ 1u) {
+            sum += sheet_crossing(word, low, high);
+            count += 1.0;
+        }
+    }
+    if count == 0.0 { return 0.5; }
+    return sum / count;
+}
+
+// From `kept`, which is inside, on towards `other`, which is not.
+fn lip_crossing(kept: vec3i, other: vec3i) -> f32 {
+    let label = label_at(kept);
+    let across = label_at(other);
+    if !is_parted(label, across) { return crossing_of(own_at(kept), own_at(other)); }
+    var nearest = 1.0;
+    for (var i = 0u; i < CUTS_MAX; i++) {
+        let word = label_word(label, i);
+        if word == 0u || !has_word(across, word ^ 1u) { continue; }
+        let a = value_of_side(kept, word);
+        let b = value_of_side(other, word);
+        if a > params.iso && b <= params.iso {
+            nearest = min(nearest, crossing_of(a, b));
+        } else {
+            nearest = min(nearest, sheet_crossing(word, kept, other));
+        }
+    }
+    let a = value_beside(kept, label, across);
+    let b = value_beside(other, across, label);
+    if a > params.iso && b <= params.iso { nearest = min(nearest, crossing_of(a, b)); }
+    return nearest;
+}
+
+fn crossing(low: vec3i, axis: u32) -> f32 {
+    let high = low + axis_vector(axis);
+    let low_in = (label_at(low) & 1u) == 1u;
+    let high_in = (label_at(high) & 1u) == 1u;
+    var t = 0.5;
+    if low_in && !high_in {
+        t = lip_crossing(low, high);
+    } else if high_in && !low_in {
+        t = 1.0 - lip_crossing(high, low);
+    } else {
+        t = pinned_crossing(low, high);
+    }
+    return clamp(t, CROSSING_MIN, 1.0 - CROSSING_MIN);
+}
+
+// Minus the slope of the field that the kept end sees.
+fn normal_at(low: vec3i, axis: u32, variant: u32, t: f32) -> vec3f {
+    let high = low + axis_vector(axis);
+    let keeps_low = variant == 1u || (variant == 0u && (label_at(low) & 1u) == 1u);
+    let label = label_at(select(high, low, vec3<bool>(keeps_low)));
+    return -mix(slope_at(low, label), slope_at(high, label), t);
+}
+
+fn slope_at(node: vec3i, label: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var n = 0; n < 27; n++) {
+        let d = vec3i(n % 3, (n / 3) % 3, n / 9) - 1;
+        let across = vec3f(vec3i(2) - abs(d)) * 0.25;
+        var v = 0.0;
+        if params.method == 1u { v = own_at(node + d); } else { v = value_beside(node + d, label, 0u); }
+        sum += vec3f(d) * v * vec3f(across.y * across.z, across.x * across.z, across.x * across.y);
+    }
+    return 0.5 * sum;
+}

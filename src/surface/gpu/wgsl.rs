@@ -1,0 +1,234 @@
+//! The passes and their texts: generated constants, the shared parts, the pass itself. Plain WGSL.
+
+use super::super::cells::CROSSING_MIN;
+use super::super::field::{DENSITY_MIN, SURFACE_DENSITY};
+use super::super::labels::CUTS_MAX;
+use super::super::mc_table::table;
+use super::layout::{SHEETS_MAX, flag};
+use std::fmt::Write;
+
+/// Units of fixed point in the inside of clay: sums of up to 128 times that, resolved to 1e-7 of it.
+const FIXED_POINT: f32 = 16_777_216.0;
+/// Change of a value, in those of the inside, that is not seen: clay at rest stays as it is, bit by bit.
+const HYSTERESIS: f32 = 0.01;
+/// Entries of the block table that one workgroup of a prefix sum takes.
+pub(super) const SCAN_CHUNK: u32 = 1024;
+
+/// One compute pass: its name, also its file's stem, its entry point, the shared parts that it needs, its text.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass {
+    pub name: &'static str,
+    pub entry: &'static str,
+    parts: &'static [&'static str],
+    text: &'static str,
+}
+
+const PARTICLES: &str = include_str!("particles.wgsl");
+const TABLE: &str = include_str!("table.wgsl");
+const SUMS: &str = include_str!("sums.wgsl");
+const LABELS: &str = include_str!("labels.wgsl");
+const TILE: &str = include_str!("tile.wgsl");
+const WALK: &str = include_str!("walk.wgsl");
+const VERTEX: &str = include_str!("vertex.wgsl");
+
+macro_rules! passes {
+    ($($id:ident = $name:literal $entry:literal [$($part:ident),*];)*) => {
+        /// Names a pass.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub(super) enum Id { $(#[doc = $name] $id),* }
+
+        /// All passes, in the order of [`Id`].
+        pub(super) const PASSES: &[Pass] = &[$(Pass {
+            name: $name,
+            entry: $entry,
+            parts: &[$($part),*],
+            text: include_str!(concat!("pass/", $name, ".wgsl")),
+        }),*];
+    };
+}
+
+passes! {
+    // Blocks, of both levels.
+    Mark = "mark" "mark" [PARTICLES];
+    ScanSums = "scan_sums" "scan_sums" [];
+    ScanChunks = "scan_chunks" "scan_chunks" [];
+    ScanWrite = "scan_write" "scan_write" [];
+    // Cuts.
+    Survey = "survey" "survey" [PARTICLES];
+    Assign = "assign" "assign" [];
+    // Fields.
+    ScatterDensity = "scatter_density" "scatter_density" [PARTICLES, TABLE, SUMS];
+    Weigh = "weigh" "weigh" [PARTICLES, TABLE, SUMS];
+    Scatter = "scatter" "scatter" [PARTICLES, TABLE, SUMS];
+    Filter = "filter" "filter_fields" [TABLE];
+    // Whether anything has changed.
+    Compare = "compare" "compare" [];
+    Decide = "decide" "decide" [];
+    Keep = "keep" "keep" [];
+    // Mesh.
+    Label = "label" "label" [LABELS];
+    Bodies = "bodies" "bodies" [TABLE, LABELS, TILE];
+    Count = "count" "count" [TABLE, TILE, WALK];
+    Offsets = "offsets" "offsets" [];
+    Emit = "emit" "emit" [TABLE, LABELS, TILE, WALK, VERTEX];
+    Tail = "tail" "tail" [];
+}
+
+impl Id {
+    /// The pass.
+    pub(super) fn pass(self) -> &'static Pass {
+        &PASSES[self as usize]
+    }
+}
+
+/// The whole text of a pass.
+pub(super) fn compose(pass: &Pass) -> String {
+    let mut text = String::new();
+    let unsigned = [
+        ("SCAN_CHUNK", SCAN_CHUNK),
+        ("SHEETS_MAX", SHEETS_MAX as u32),
+        ("CUTS_MAX", CUTS_MAX as u32),
+        ("BLOCKS_FULL", flag::BLOCKS_FULL),
+        ("SHEETS_FULL", flag::SHEETS_FULL),
+        ("MESH_FULL", flag::MESH_FULL),
+    ];
+    for (name, value) in unsigned {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "const {name}: u32 = {value}u;");
+    }
+    let reals = [
+        ("FIXED_POINT", FIXED_POINT),
+        ("HYSTERESIS", HYSTERESIS),
+        ("SURFACE_DENSITY", SURFACE_DENSITY),
+        ("DENSITY_MIN", DENSITY_MIN),
+        ("CROSSING_MIN", CROSSING_MIN as f32),
+    ];
+    for (name, value) in reals {
+        let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
+    }
+    text.push_str(include_str!("prelude.wgsl"));
+    pass.parts.iter().chain([&pass.text]).for_each(|part| text.push_str(part));
+    text
+}
+
+/// The case table as the walk reads it: two words a case, edges of 4 bits, the number of triangles in the top 4.
+pub(super) fn case_words() -> Vec<u32> {
+    let mut words = Vec::with_capacity(512);
+    for case in table() {
+        let edges = case.triangles().iter().flatten();
+        let packed = edges.enumerate().fold(0u64, |bits, (i, &edge)| bits | u64::from(edge) << (4 * i));
+        let packed = packed | (case.triangles().len() as u64) << 60;
+        words.extend([packed as u32, (packed >> 32) as u32]);
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::mc_table::{EDGES, edge_axis};
+    use super::super::layout::{Params, SurfaceStatus};
+    use super::*;
+    use crate::sim::gpu::kernel::bindings;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use std::mem::offset_of;
+
+    fn validated(name: &str, text: &str) -> naga::Module {
+        let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+        module
+    }
+
+    /// Every pass is valid, has its entry point, and keeps to the limits of WebGPU's core: 8 storage buffers, 16 KiB, 256 invocations.
+    #[test]
+    fn passes_are_valid_and_within_the_limits_of_the_core() {
+        for pass in PASSES {
+            let text = compose(pass);
+            let module = validated(pass.name, &text);
+            let [entry] = &module.entry_points[..] else { panic!("{}: one entry point", pass.name) };
+            assert_eq!(entry.name, pass.entry, "{}", pass.name);
+            assert!(entry.workgroup_size.iter().product::<u32>() <= 256, "{}", pass.name);
+            let all = bindings(&text);
+            assert!(all.iter().filter(|b| !b.is_uniform).count() <= 8, "{}: {all:?}", pass.name);
+            assert_eq!(all.len(), module.global_variables.iter().filter(|v| v.1.binding.is_some()).count(), "{}", pass.name);
+            let mut layouter = naga::proc::Layouter::default();
+            layouter.update(module.to_ctx()).expect("a layout");
+            let shared = module.global_variables.iter().filter(|v| v.1.space == naga::AddressSpace::WorkGroup);
+            let bytes: u32 = shared.map(|v| layouter[v.1.ty].size).sum();
+            assert!(bytes <= 16_384, "{}: {bytes} bytes of workgroup memory", pass.name);
+        }
+    }
+
+    /// The walk's edges are those of the table.
+    #[test]
+    fn edges_are_those_of_the_table() {
+        let packed = (0..12u8).map(|e| format!("{}u", EDGES[usize::from(e)].0 | (edge_axis(e) as u8) << 3));
+        let list = packed.collect::<Vec<_>>().join(", ");
+        assert!(WALK.contains(&format!("array<u32, 12>({list})")), "{list}");
+    }
+
+    macro_rules! twin {
+        ($module:expr, $type:ident, $name:literal, [$($field:ident),* $(,)?]) => {
+            let found = $module.types.iter().find(|(_, t)| t.name.as_deref() == Some($name)).expect("the struct");
+            let naga::TypeInner::Struct { members, span } = &found.1.inner else { panic!("{} is no struct", $name) };
+            let theirs: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset as usize)).collect();
+            let ours = vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*];
+            assert_eq!((ours, size_of::<$type>()), (theirs, *span as usize), $name);
+        };
+    }
+
+    #[test]
+    fn structs_are_laid_out_as_their_twins() {
+        let module = validated("emit", &compose(Id::Emit.pass()));
+        twin!(
+            module,
+            Params,
+            "Params",
+            [
+                blocks,
+                particle_count,
+                usable,
+                spacing,
+                origin,
+                iso,
+                scale,
+                shift,
+                reach_low,
+                reach_high,
+                density_exponent,
+                first,
+                tap_count,
+                slot_capacity,
+                taps,
+                sheet_capacity,
+                vertex_first,
+                vertex_capacity,
+                index_first,
+                index_capacity,
+                is_forced,
+                level,
+                method,
+            ]
+        );
+        twin!(
+            module,
+            SurfaceStatus,
+            "Status",
+            [
+                flags,
+                slot_counts,
+                sheet_count,
+                is_changed,
+                vertex_count,
+                index_count,
+                index_count_before,
+                kept_slots,
+                kept_sheets,
+                extraction_count,
+                spare,
+                sides,
+                sheets,
+            ]
+        );
+    }
+}

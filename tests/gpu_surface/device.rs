@@ -1,0 +1,176 @@
+//! A device, surfaces on it, and what comes back from them.
+
+use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::gpu::{GpuDevice, GpuError};
+use bevy_clay::sim::params::Domain;
+use bevy_clay::surface::field::{Field, SurfaceSettings};
+use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
+use bevy_clay::surface::mesh::Mesh;
+use std::collections::HashMap;
+
+pub(crate) struct Device {
+    gpu: GpuDevice,
+    kernels: SurfaceKernels,
+}
+
+/// One extraction: as it stands in the buffers, and as a mesh.
+pub(crate) struct Output {
+    pub(crate) status: SurfaceStatus,
+    /// Words of vertices and indices, whole buffers.
+    pub(crate) words: (Vec<u32>, Vec<u32>),
+    /// Vertices of each block by themselves.
+    pub(crate) mesh: Mesh,
+    pub(crate) normals: Vec<[f32; 3]>,
+    numbers: Vec<u32>,
+    pub(crate) field: Option<Field>,
+}
+
+impl Output {
+    /// The mesh with the vertices of each number made one.
+    pub(crate) fn merged(&self) -> Mesh {
+        let mut index = HashMap::new();
+        let mut out = Mesh::default();
+        let merged: Vec<u32> = self
+            .numbers
+            .iter()
+            .zip(&self.mesh.positions)
+            .map(|(number, position)| {
+                let next = out.positions.len() as u32;
+                let at = *index.entry(*number).or_insert(next);
+                if at == next {
+                    out.positions.push(*position);
+                } else {
+                    assert_eq!(out.positions[at as usize].map(f32::to_bits), position.map(f32::to_bits), "places of one vertex");
+                }
+                at
+            })
+            .collect();
+        out.triangles = self.mesh.triangles.iter().map(|t| t.map(|v| merged[v as usize])).collect();
+        out
+    }
+}
+
+/// Where vertices and indices begin in their buffers: not at 0, as in a slab that others share.
+const FIRST: (u32, u32) = (5, 6);
+
+/// A surface at work, with a mesh of its own.
+pub(crate) struct Run<'a> {
+    device: &'a Device,
+    surface: GpuSurface,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    pub(crate) capacity: (u32, u32),
+}
+
+impl Device {
+    pub(crate) fn new(gpu: GpuDevice) -> Result<Self, GpuError> {
+        let kernels = SurfaceKernels::new(&gpu.device)?;
+        Ok(Self { gpu, kernels })
+    }
+
+    pub(crate) fn surface(&self, domain: &Domain, count: u32, settings: &SurfaceSettings) -> GpuSurface {
+        GpuSurface::new(&self.kernels, domain, count, settings, SurfaceRoom::for_particles(count as usize)).expect("a surface")
+    }
+
+    pub(crate) fn run(&self, source: &SurfaceSource, settings: &SurfaceSettings, room: SurfaceRoom) -> Run<'_> {
+        let count = source.particles.len() as u32;
+        let surface = GpuSurface::new(&self.kernels, &source.domain, count, settings, room).expect("a surface");
+        self.run_of(surface)
+    }
+
+    fn run_of(&self, surface: GpuSurface) -> Run<'_> {
+        let capacity = (60_000, 240_000);
+        let vertices = self.buffer(4 * u64::from(VERTEX_WORDS * (FIRST.0 + capacity.0)));
+        let indices = self.buffer(4 * u64::from(FIRST.1 + capacity.1));
+        Run { device: self, surface, vertices, indices, capacity }
+    }
+
+    /// One frame of a clay of its own, with its fields.
+    pub(crate) fn extract(&self, source: &SurfaceSource, settings: &SurfaceSettings) -> Output {
+        let mut run = self.run(source, settings, SurfaceRoom::for_particles(source.particles.len()));
+        let mut output = run.frame(source, false);
+        let [blocks, values] = run.surface.field_buffers().map(|b| self.read(b));
+        output.field = Some(run.surface.field_of(&output.status, &blocks, bytemuck::cast_slice(&values)));
+        output
+    }
+
+    /// The mesh of given fields.
+    pub(crate) fn extract_field(&self, surface: &mut GpuSurface, field: &Field) -> Output {
+        surface.load_field(&self.gpu.queue, field);
+        let vertices = self.buffer(4 * u64::from(VERTEX_WORDS) * 20_000);
+        let indices = self.buffer(4 * 60_000);
+        let target = MeshTarget {
+            vertices: &vertices,
+            vertex_first: 0,
+            vertex_capacity: 20_000,
+            indices: &indices,
+            index_first: 0,
+            index_capacity: 60_000,
+        };
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        surface.encode_mesh(&self.gpu.queue, &mut encoder, &target);
+        self.gpu.queue.submit([encoder.finish()]);
+        let status = self.status(surface);
+        output(status, self.read(&vertices), self.read(&indices))
+    }
+
+    fn buffer(&self, size: u64) -> wgpu::Buffer {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    }
+
+    fn status(&self, surface: &GpuSurface) -> SurfaceStatus {
+        SurfaceStatus::from_bytes(bytemuck::cast_slice(&self.read(surface.status_buffer()))).expect("a status")
+    }
+
+    fn read(&self, from: &wgpu::Buffer) -> Vec<u32> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let descriptor = wgpu::BufferDescriptor { label: None, size: from.size(), usage, mapped_at_creation: false };
+        let staging = device.create_buffer(&descriptor);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(from, 0, &staging, 0, from.size());
+        queue.submit([encoder.finish()]);
+        staging.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("mapped"));
+        device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+        bytemuck::pod_collect_to_vec(&staging.slice(..).get_mapped_range())
+    }
+}
+
+impl Run<'_> {
+    /// Runs the passes once.
+    pub(crate) fn frame(&mut self, source: &SurfaceSource, is_forced: bool) -> Output {
+        let gpu = &self.device.gpu;
+        let count = source.particles.len() as u32;
+        let particles = self.device.buffer(24 * u64::from(count.max(1)));
+        gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+        let target = MeshTarget {
+            vertices: &self.vertices,
+            vertex_first: FIRST.0,
+            vertex_capacity: self.capacity.0,
+            indices: &self.indices,
+            index_first: FIRST.1,
+            index_capacity: self.capacity.1,
+        };
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.surface.encode(&gpu.queue, &mut encoder, (&particles, count), &target, is_forced);
+        gpu.queue.submit([encoder.finish()]);
+        let status = self.device.status(&self.surface);
+        let vertices = self.device.read(&self.vertices).split_off((VERTEX_WORDS * FIRST.0) as usize);
+        let indices = self.device.read(&self.indices).split_off(FIRST.1 as usize);
+        output(status, vertices, indices)
+    }
+}
+
+fn output(status: SurfaceStatus, vertices: Vec<u32>, indices: Vec<u32>) -> Output {
+    let is_whole = status.flags == 0;
+    let vertex_count = if is_whole { status.vertex_count as usize } else { 0 };
+    let index_count = if is_whole { status.index_count as usize } else { 0 };
+    let used = vertices.chunks(VERTEX_WORDS as usize).take(vertex_count);
+    let three = |v: &[u32]| [v[0], v[1], v[2]].map(f32::from_bits);
+    let triangles = indices[..index_count].chunks(3).map(|t| [t[0], t[1], t[2]]).collect();
+    let mesh = Mesh::new(used.clone().map(three).collect(), triangles);
+    let normals = used.clone().map(|v| three(&v[3..])).collect();
+    let numbers = used.map(|v| v[6]).collect();
+    Output { status, words: (vertices, indices), mesh, normals, numbers, field: None }
+}

@@ -1,0 +1,228 @@
+//! The surface on the GPU against the one on the processor, by its real shaders.
+//!
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+
+#[path = "../../examples/validate/surface/clay.rs"]
+mod clay;
+mod device;
+
+use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::gpu::{GpuDevice, GpuMode};
+use bevy_clay::surface::check::MeshCheck;
+use bevy_clay::surface::extract::{extract, extract_field};
+use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
+use bevy_clay::surface::gpu::{SurfaceRoom, flag};
+use bevy_clay::surface::mesh::Mesh;
+use bevy_clay::surface::weld::print_ready;
+use clay::{CELL, CutCube, Random, affine, ball, domain};
+use device::{Device, Output};
+use glam::{DMat3, Vec3};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::LazyLock;
+
+/// The one device whose shaders all tests share; why there is none.
+static DEVICE: LazyLock<Result<Device, String>> = LazyLock::new(|| match GpuMode::from_env()? {
+    GpuMode::Off => Err("CLAY_GPU=off".into()),
+    GpuMode::Auto | GpuMode::Require => GpuDevice::headless().and_then(Device::new).map_err(|e| e.to_string()),
+});
+
+fn device() -> Result<&'static Device, Failed> {
+    DEVICE.as_ref().map_err(|e| Failed::from(e.as_str()))
+}
+
+/// The same triangles within `distance` [m] of each other, in whatever order.
+fn assert_same(name: &str, ours: &Mesh, theirs: &Mesh, distance: f32) {
+    assert_eq!(ours.positions.len(), theirs.positions.len(), "{name}: vertices");
+    assert_eq!(ours.triangles.len(), theirs.triangles.len(), "{name}: triangles");
+    let check = (MeshCheck::of(ours), MeshCheck::of(theirs));
+    assert_eq!((check.0.open_edges, check.0.euler, check.0.components), (0, check.1.euler, check.1.components), "{name}");
+    // Centres of triangles, sorted by their nearest cell of a fine grid, would flip at its borders: pair by hashing to both sides instead.
+    let mut places = std::collections::HashMap::new();
+    let unit = 8.0 * distance;
+    let key = |p: Vec3, d: Vec3| ((p + d * distance) / unit).round().as_ivec3();
+    let centre = |m: &Mesh, t: &[u32; 3]| t.iter().map(|&v| Vec3::from_array(m.positions[v as usize])).sum::<Vec3>() / 3.0;
+    for t in &theirs.triangles {
+        let c = centre(theirs, t);
+        for i in 0..8 {
+            let d = Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
+            places.insert(key(c, d), ());
+        }
+    }
+    let lost = ours.triangles.iter().filter(|t| !places.contains_key(&key(centre(ours, t), Vec3::ZERO))).count();
+    assert_eq!(lost, 0, "{name}: triangles that the other has not");
+}
+
+/// Random fields of up to three sheets, consistent or not, with whole numbers among them: the same triangles as on the processor.
+fn random_fields_agree(device: &Device) -> Result<(), Failed> {
+    let mut random = Random(3);
+    let mut surface = device.surface(&domain(4.0), 1, &SurfaceSettings { iso_threshold: 0.5, ..Default::default() });
+    for case in 0..60 {
+        let sheets = case % 4;
+        let mut total = vec![0.0f32; 1331];
+        let mut sides = vec![[vec![0.0f32; 1331], vec![0.0f32; 1331]]; sheets];
+        for i in 0..729 {
+            let at = i % 9 + 1 + 11 * (i / 9 % 9 + 1 + 11 * (i / 81 + 1));
+            let f = random.range(0.0, 1.2) as f32;
+            total[at] = if case % 3 == 0 { (f * 4.0).round() / 4.0 } else { f };
+            for side in &mut sides {
+                let part = random.range(-1.5, 1.5) as f32;
+                side[usize::from(part < 0.0)][at] = part.abs().min(total[at]);
+            }
+        }
+        let field = Field::from_nodes([11; 3], &total, sides.iter().map(|[p, m]| (&p[..], &m[..])));
+        let output = device.extract_field(&mut surface, &field);
+        assert_eq!(output.status.flags, 0, "case {case}");
+        assert_same(&format!("case {case}, {sheets} sheets"), &output.merged(), &extract_field(&field, 0.5), 2e-5);
+    }
+    Ok(())
+}
+
+/// Balls and cut cubes: the fields are those of the processor within 1e-5, and the mesh is that of the same fields.
+fn clay_agrees(device: &Device) -> Result<(), Failed> {
+    let mut random = Random(4);
+    let mut cases: Vec<(String, SurfaceSource, Tier)> = vec![];
+    for tier in [Tier::Fine, Tier::Coarse] {
+        cases.push((format!("ball {tier:?}"), ball(4.0, 0.5, 3), tier));
+        for (name, cube) in [
+            ("full", CutCube::one(0, &mut random)),
+            ("partial", CutCube::one(3, &mut random)),
+            ("crossed", CutCube::crossed(0, &mut random)),
+            ("crossed by a partial one", CutCube::crossed_by_partial(0, &mut random)),
+            ("T-junction", CutCube::joined(2, &mut random)),
+        ] {
+            cases.push((format!("{name} {tier:?}"), cube.source(affine(&mut random)), tier));
+        }
+    }
+    for (name, source, tier) in cases {
+        let settings = SurfaceSettings::new(tier);
+        let output = device.extract(&source, &settings);
+        assert_eq!(output.status.flags, 0, "{name}");
+        let field = output.field.as_ref().ok_or("the fields")?;
+        let expected = Field::of_particles(&source, &settings);
+        let off = field.greatest_difference(&expected);
+        assert!(off < 1e-5, "{name}: a node's value is off by {off}");
+        assert_same(&name, &output.merged(), &extract_field(field, 0.5), (2e-5 * CELL) as f32);
+        // Beside the processor's own mesh: the same bodies of the same volume, the same normals.
+        let (ours, theirs) = (print_ready(&output.merged()).0, print_ready(&extract(&source, &settings)).0);
+        let check = (MeshCheck::of(&ours), MeshCheck::of(&theirs));
+        assert!(check.0.is_closed_manifold() && check.0.components == check.1.components, "{name}: {check:?}");
+        assert!((ours.volume() / theirs.volume() - 1.0).abs() < 1e-5, "{name}");
+    }
+    Ok(())
+}
+
+/// Normals are those of the processor.
+fn normals_agree(device: &Device) -> Result<(), Failed> {
+    let cube = CutCube::crossed(1, &mut Random(6));
+    let source = cube.source(DMat3::IDENTITY);
+    let settings = SurfaceSettings::default();
+    let output = device.extract(&source, &settings);
+    let theirs = extract(&source, &settings);
+    let normals = theirs.normals.as_ref().ok_or("normals")?;
+    let mut at = std::collections::HashMap::<_, Vec<Vec3>>::new();
+    let key = |p: &[f32; 3]| p.map(|x| (f64::from(x) / (1e-2 * CELL)).round() as i64);
+    for (p, n) in theirs.positions.iter().zip(normals) {
+        at.entry(key(p)).or_default().push(Vec3::from_array(*n));
+    }
+    let (mut found, mut off) = (0, 0);
+    for (p, n) in output.mesh.positions.iter().zip(&output.normals) {
+        if let Some(all) = at.get(&key(p)) {
+            found += 1;
+            off += usize::from(all.iter().all(|m| m.distance(Vec3::from_array(*n)) > 1e-2));
+        }
+    }
+    // Some places round to another key; where a slope is next to nothing its direction is rounding.
+    assert!(found * 10 > output.mesh.positions.len() * 9 && off * 500 < found, "{found} found, {off} off");
+    Ok(())
+}
+
+/// Clay at rest is extracted once; the same clay forced twice gives the same bits; clay that moves is extracted again, with a tail.
+fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
+    let source = ball(4.0, 0.5, 3);
+    let settings = SurfaceSettings::default();
+    let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
+    let first = run.frame(&source, false);
+    // Less than what is seen: a thousandth of a cell.
+    let shaken = |by: f32| {
+        let mut particles = source.particles.to_vec();
+        particles.iter_mut().for_each(|p| p.position[0] += by);
+        SurfaceSource { domain: source.domain, particles: particles.into() }
+    };
+    let second = run.frame(&shaken(1e-3), false);
+    assert!(first.words == second.words && second.status.extraction_count == 1 && second.status.is_changed == 0);
+    let forced = run.frame(&source, true);
+    assert!(first.words == forced.words && forced.status.extraction_count == 2);
+    let moved = run.frame(&shaken(0.3), false);
+    assert!(first.words != moved.words && moved.status.extraction_count == 3 && moved.status.is_changed == 1);
+    let fewer = SurfaceSource { domain: source.domain, particles: source.particles[..source.particles.len() / 2].to_vec().into() };
+    let half = run.frame(&fewer, false);
+    assert!(half.status.index_count < moved.status.index_count);
+    let tail = &half.words.1[half.status.index_count as usize..moved.status.index_count as usize];
+    assert!(tail.iter().all(|&i| i == 0), "a tail of triangles without size");
+    assert!(MeshCheck::of(&half.merged()).is_closed_manifold());
+    Ok(())
+}
+
+/// Too little room of any kind is a flag, leaves the mesh as it was, and says how much is needed.
+fn want_of_room_is_told(device: &Device) -> Result<(), Failed> {
+    let cube = CutCube::crossed(0, &mut Random(7)).source(DMat3::IDENTITY);
+    let settings = SurfaceSettings::default();
+    let room = SurfaceRoom::for_particles(cube.particles.len());
+    let cases = [
+        (SurfaceRoom { blocks: 20, ..room }, flag::BLOCKS_FULL),
+        (SurfaceRoom { cell_blocks: 2, ..room }, flag::BLOCKS_FULL),
+        (SurfaceRoom { sheets: 1, ..room }, flag::SHEETS_FULL),
+    ];
+    for (small, expected) in cases {
+        let output = device.run(&cube, &settings, small).frame(&cube, false);
+        assert_eq!(output.status.flags, expected);
+        assert!(output.words.0.iter().all(|w| *w == 0));
+        let grown = device.run(&cube, &settings, small.grown(&output.status)).frame(&cube, false);
+        assert_eq!(grown.status.flags, 0, "{:?}", small.grown(&output.status));
+    }
+    let mut run = device.run(&cube, &settings, room);
+    run.capacity = (100, 300);
+    let output = run.frame(&cube, false);
+    assert_eq!(output.status.flags, flag::MESH_FULL);
+    assert!(output.words.0.iter().all(|w| *w == 0) && output.status.index_count > 300);
+    Ok(())
+}
+
+/// Particles that are not finite, or outside of the grid; no particles.
+fn odd_particles_are_left_out(device: &Device) -> Result<(), Failed> {
+    let source = ball(3.0, 0.25, 3);
+    let settings = SurfaceSettings::default();
+    let expected = device.extract(&source, &settings);
+    let mut particles = source.particles.to_vec();
+    for x in [f32::NAN, f32::INFINITY, -1e30, 1e6] {
+        let mut p = particles[0];
+        p.position[1] = x;
+        particles.push(p);
+        p = particles[0];
+        p.volume_ratio = f32::NAN;
+        particles.push(p);
+    }
+    let odd = device.extract(&SurfaceSource { domain: source.domain, particles: particles.into() }, &settings);
+    assert!(odd.words == expected.words);
+    let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(64));
+    let none: Output = run.frame(&SurfaceSource { domain: source.domain, particles: Vec::new().into() }, false);
+    assert_eq!((none.status.flags, none.status.index_count), (0, 0));
+    Ok(())
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    type Test = fn(&Device) -> Result<(), Failed>;
+    let tests: [(&str, Test); 6] = [
+        ("random_fields_agree", random_fields_agree),
+        ("clay_agrees", clay_agrees),
+        ("normals_agree", normals_agree),
+        ("clay_at_rest_stays_bit_identical", clay_at_rest_stays_bit_identical),
+        ("want_of_room_is_told", want_of_room_is_told),
+        ("odd_particles_are_left_out", odd_particles_are_left_out),
+    ];
+    let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
+    let is_ignored = DEVICE.is_err() && mode != GpuMode::Require;
+    let trial = |(name, test): (&str, Test)| Trial::test(name, move || test(device()?)).with_ignored_flag(is_ignored);
+    libtest_mimic::run(&arguments, tests.into_iter().map(trial).collect()).exit();
+}
