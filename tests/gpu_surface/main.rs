@@ -154,7 +154,8 @@ fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     assert!(first.words == forced.words && forced.status.extraction_count == 2);
     let moved = run.frame(&shaken(0.3), false);
     assert!(first.words != moved.words && moved.status.extraction_count == 3 && moved.status.is_changed == 1);
-    let fewer = SurfaceSource { domain: source.domain, particles: source.particles[..source.particles.len() / 2].to_vec().into() };
+    let fewer =
+        SurfaceSource { domain: source.domain, particles: source.particles[..source.particles.len() / 2].to_vec().into() };
     let half = run.frame(&fewer, false);
     assert!(half.status.index_count < moved.status.index_count);
     let tail = &half.words.1[half.status.index_count as usize..moved.status.index_count as usize];

@@ -55,7 +55,9 @@ pub(super) struct Buffers {
     pub blocks: [wgpu::Buffer; 2],
     pub sums: [wgpu::Buffer; 2],
     pub fields: wgpu::Buffer,
+    /// Workgroups as the passes count them, and the copy that dispatches read: no dispatch may read what its pass writes.
     pub dispatch: wgpu::Buffer,
+    pub arguments: wgpu::Buffer,
     weights: wgpu::Buffer,
     kept: wgpu::Buffer,
     kept_blocks: wgpu::Buffer,
@@ -82,7 +84,12 @@ impl Buffers {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let make = |name: &str, bytes: u64, usage: wgpu::BufferUsages| {
             let label = format!("clay surface:{name}");
-            device.create_buffer(&wgpu::BufferDescriptor { label: Some(&label), size: bytes.max(16), usage, mapped_at_creation: false })
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(&label),
+                size: bytes.max(16),
+                usage,
+                mapped_at_creation: false,
+            })
         };
         let storage = |name: &str, bytes: u64| make(name, bytes, usage);
         let words = |count: u32| 4 * u64::from(count);
@@ -96,7 +103,8 @@ impl Buffers {
             fields: storage("fields", field_bytes),
             kept: storage("kept fields", field_bytes),
             kept_blocks: storage("kept blocks", words(room.blocks)),
-            dispatch: make("dispatch", 80, usage | wgpu::BufferUsages::INDIRECT),
+            dispatch: storage("dispatch", 80),
+            arguments: make("arguments", 80, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
             weights: storage("weights", words(particles)),
             cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
             counts: storage("counts", 2 * words(room.blocks)),

@@ -61,39 +61,39 @@ impl GpuSurface {
                 (Id::ScanWrite, level, by_chunk),
             ]);
         }
-        passes.extend([
-            (Id::Survey, visual, by_particle),
-            (Id::Assign, visual, Groups::Count(1)),
+        passes.extend([(Id::Survey, visual, by_particle), (Id::Assign, visual, Groups::Count(1))]);
+        self.run(encoder, &passes, Some(particles), target);
+        let fields = [
             (Id::ScatterDensity, cells, by_particle),
             (Id::Weigh, cells, by_particle),
             (Id::Scatter, visual, by_particle),
             (Id::Filter, visual, Groups::Indirect(0)),
             (Id::Compare, visual, Groups::Indirect(0)),
             (Id::Decide, visual, Groups::Count(1)),
-            (Id::Keep, visual, Groups::Indirect(4)),
-        ]);
-        passes.extend(Self::mesh_passes());
-        self.run(encoder, &passes, Some(particles), target);
+        ];
+        self.run(encoder, &fields, Some(particles), target);
+        self.run(encoder, &[(Id::Keep, visual, Groups::Indirect(4))], None, target);
+        self.encode_from_fields(encoder, target);
     }
 
     /// Fields -> mesh.
-    fn mesh_passes() -> [(Id, Level, Groups); 6] {
+    fn encode_from_fields(&self, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
         let (visual, by_block, once) = (Level::Visual, Groups::Indirect(8), Groups::Indirect(12));
-        [
+        let counts = [
             (Id::Label, visual, by_block),
             (Id::Bodies, visual, by_block),
             (Id::Count, visual, by_block),
             (Id::Offsets, visual, once),
-            (Id::Emit, visual, Groups::Indirect(16)),
-            (Id::Tail, visual, once),
-        ]
+        ];
+        self.run(encoder, &counts, None, target);
+        self.run(encoder, &[(Id::Emit, visual, Groups::Indirect(16)), (Id::Tail, visual, once)], None, target);
     }
 
     /// Records the passes from fields to mesh alone, for fields that [`Self::load_field`](GpuSurface::load_field) put there.
     #[doc(hidden)]
     pub fn encode_mesh(&mut self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
         self.upload(queue, 0, target, true);
-        self.run(encoder, &Self::mesh_passes(), None, target);
+        self.encode_from_fields(encoder, target);
     }
 
     fn upload(&mut self, queue: &wgpu::Queue, count: u32, target: &MeshTarget<'_>, is_forced: bool) {
@@ -107,7 +107,7 @@ impl GpuSurface {
         self.is_new = false;
     }
 
-    /// One compute pass of several dispatches; each sees what those before it wrote.
+    /// One compute pass of several dispatches; each sees what those before it wrote, and dispatches go by what the pass before left.
     fn run(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -116,6 +116,7 @@ impl GpuSurface {
         target: &MeshTarget<'_>,
     ) {
         let device = &self.kernels.device;
+        encoder.copy_buffer_to_buffer(&self.buffers.dispatch, 0, &self.buffers.arguments, 0, self.buffers.dispatch.size());
         let bind = |&(id, level, _): &(Id, Level, Groups)| {
             let kernel = self.kernels.get(id);
             let buffer = |binding: u32| match binding {
@@ -133,13 +134,14 @@ impl GpuSurface {
         };
         let groups: Vec<wgpu::BindGroup> = passes.iter().map(bind).collect();
         let most = device.limits().max_compute_workgroups_per_dimension;
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("clay surface"), timestamp_writes: None });
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("clay surface"), timestamp_writes: None });
         for ((id, _, count), group) in passes.iter().zip(&groups) {
             pass.set_pipeline(&self.kernels.get(*id).pipeline);
             pass.set_bind_group(0, group, &[]);
             match count {
                 Groups::Count(count) => pass.dispatch_workgroups((*count).min(most), count.div_ceil(most), 1),
-                Groups::Indirect(word) => pass.dispatch_workgroups_indirect(&self.buffers.dispatch, 4 * word),
+                Groups::Indirect(word) => pass.dispatch_workgroups_indirect(&self.buffers.arguments, 4 * word),
             }
         }
     }

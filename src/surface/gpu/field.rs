@@ -1,8 +1,8 @@
 //! Fields to and from the device, for tests that compare it with the processor.
 
-use super::GpuSurface;
 use super::super::field::{Field, SheetField};
 use super::super::grid::{BLOCK_NODES, BlockGrid, NodeValues};
+use super::GpuSurface;
 use super::layout::SurfaceStatus;
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec3};
@@ -30,7 +30,8 @@ impl GpuSurface {
             }
         }
         let count = slots as u32;
-        let mut status = SurfaceStatus { sheet_count: field.sheets.len() as u32, slot_counts: [0, count], ..SurfaceStatus::zeroed() };
+        let mut status =
+            SurfaceStatus { sheet_count: field.sheets.len() as u32, slot_counts: [0, count], ..SurfaceStatus::zeroed() };
         field.sheets.iter().zip(&mut status.sheets).for_each(|(s, number)| *number = u32::from(s.sheet));
         let dispatch = [count, 1, 1, 0, count, 1, 1, 0, count, 1, 1, 0, 1, 1, 1, 0, count, 1, 1, 0];
         queue.write_buffer(&self.buffers.tables[1], 0, bytemuck::cast_slice(&table));
@@ -58,9 +59,13 @@ impl GpuSurface {
         let grid = BlockGrid::new(IVec3::splat(-1), extent, |entry| stored.contains(&(entry as u32)));
         let planes = 1 + 2 * self.room.sheets as usize;
         let plane = |plane: usize| {
-            NodeValues::new(slots, |_| true, |slot, out| {
-                out.copy_from_slice(&values[(slot * planes + plane) * BLOCK_NODES..][..BLOCK_NODES]);
-            })
+            NodeValues::new(
+                slots,
+                |_| true,
+                |slot, out| {
+                    out.copy_from_slice(&values[(slot * planes + plane) * BLOCK_NODES..][..BLOCK_NODES]);
+                },
+            )
         };
         let sheet = |s: usize| SheetField { sheet: status.sheets[s] as u8, front: plane(2 * s + 1), back: plane(2 * s + 2) };
         Field {
