@@ -200,7 +200,7 @@ fn odd_particles_are_left_out(device: &Device) -> Result<(), Failed> {
         p.position[1] = x;
         particles.push(p);
         p = particles[0];
-        p.volume_ratio = f32::NAN;
+        p.volume_ratio = if x.is_nan() { x } else { f32::INFINITY };
         particles.push(p);
     }
     let odd = device.extract(&SurfaceSource { domain: source.domain, particles: particles.into() }, &settings);
