@@ -249,7 +249,7 @@ fn finish(
         let file_name = |path: &PathBuf| path.file_name().map(|f| f.to_string_lossy().into_owned());
         let files: Vec<_> = written.files.iter().filter_map(file_name).collect();
         surface = serde_json::json!({"files": files, "triangles": triangles, "bodies_cm3": volumes, "volume_error": error,
-            "closed_manifold": defects.is_closed_manifold(), "pillows_dropped": written.repairs.pillows,
+            "closed_manifold": defects.is_closed_manifold(), "pillows_dropped": written.repairs.pillows, "crumbs_dropped": written.repairs.crumbs,
             "bodies_dropped": written.dropped_bodies, "dropped_cm3": written.dropped_volume * 1e6});
     }
     if outputs.particles {

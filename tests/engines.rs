@@ -38,6 +38,11 @@ fn blades_agree() {
 }
 
 #[test]
+fn other_blades_agree() {
+    assert_all(common::other_blades());
+}
+
+#[test]
 fn kept_cut_agrees() {
     assert_all(common::kept_cut());
 }

@@ -179,8 +179,31 @@ fn tool(shape: &ToolShape) -> Mesh {
         ToolShape::Capsule { radius, half_length } => Capsule3d::new(radius as f32, 2.0 * half_length as f32).into(),
         ToolShape::Box { half_size } => Cuboid { half_size: half_size.as_vec3() }.into(),
         ToolShape::Blade { half_width, half_height } => Rectangle::new(2.0 * half_width as f32, 2.0 * half_height as f32).into(),
+        ToolShape::PointedBlade { half_width, half_height } => {
+            let (w, h) = (half_width as f32, half_height as f32);
+            Triangle2d::new(Vec2::new(0.0, -h), Vec2::new(w, h), Vec2::new(-w, h)).into()
+        }
+        ToolShape::BentBlade { profile, half_height } => strip(&profile, half_height),
+        ToolShape::Wire { half_length } => Mesh::from(Cylinder::new(WIRE_RADIUS, 2.0 * half_length as f32))
+            .rotated_by(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2)),
         // Bevy's cone stands on its flat end.
         ToolShape::Cone { radius, half_height } => Mesh::from(Cone { radius: radius as f32, height: 2.0 * half_height as f32 })
             .rotated_by(Quat::from_rotation_x(std::f32::consts::PI)),
     }
+}
+
+/// Radius at which a wire, which has none, is drawn [m].
+const WIRE_RADIUS: f32 = 0.0003;
+
+/// A strip bent along a profile.
+fn strip(profile: &Profile, half_height: f64) -> Mesh {
+    let mut positions = vec![];
+    for pair in profile.points().windows(2) {
+        let corner = |i: usize, y: f64| [pair[i].x as f32, y as f32, pair[i].y as f32];
+        let [a, b] = [0, 1].map(|i| (corner(i, -half_height), corner(i, half_height)));
+        positions.extend([a.0, b.0, b.1, a.0, b.1, a.1]);
+    }
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_computed_flat_normals()
 }

@@ -72,7 +72,7 @@ pub(crate) fn keys(
         requests.write(ClayRequest::Reset(clay));
     }
     if keys.just_pressed(KeyCode::KeyE) {
-        requests.write(ClayRequest::Export(clay, ExportFormat::default()));
+        requests.write(ClayRequest::Export(clay, ExportFormat::default(), BodyFiles::default()));
     }
     if keys.just_pressed(KeyCode::KeyH) {
         help.0 = !help.0;

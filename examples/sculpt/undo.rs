@@ -23,9 +23,16 @@ impl History {
     }
 }
 
-/// Keeps the state before each stroke, copied away from the main thread.
-pub(crate) fn keep(mut news: MessageReader<StrokeNews>, engine: Query<&ClayEngine>, mut history: ResMut<History>) {
-    for _ in news.read().filter(|n| matches!(n, StrokeNews::Began)) {
+/// Keeps the state before each stroke, and before offcuts go, copied away from the main thread.
+pub(crate) fn keep(
+    mut news: MessageReader<StrokeNews>,
+    mut requests: MessageReader<ClayRequest>,
+    engine: Query<&ClayEngine>,
+    mut history: ResMut<History>,
+) {
+    let strokes = news.read().filter(|n| matches!(n, StrokeNews::Began)).count();
+    let drops = requests.read().filter(|r| matches!(r, ClayRequest::DropOffcuts(_))).count();
+    for _ in 0..strokes + drops {
         let Ok(save) = engine.single().map_err(|e| e.to_string()).and_then(|e| e.save_deferred().map_err(|e| e.to_string()))
         else {
             continue;

@@ -29,7 +29,7 @@ pub(crate) fn write(folder: &Path, size: Size) -> Result<(), String> {
     let fault = |e: std::io::Error| format!("--dump {}: {e}", folder.display());
     fs::create_dir_all(folder).map_err(fault)?;
     let mut files = vec![];
-    for (name, mesh, bodies) in [("bunny", bunny(folder, size.pick(0.0025, 0.0015, 0.001)), 1), ("cut", cut_block(), 2)] {
+    for (name, mesh, bodies) in [("bunny", bunny(folder, size.pick(0.0025, 0.002, 0.001)), 1), ("cut", cut_block(), 2)] {
         for format in ExportFormat::ALL {
             let file = format!("{name}_out.{}", format.extension());
             write_mesh(&folder.join(&file), &mesh).map_err(|e| format!("--dump: {e}"))?;

@@ -69,7 +69,7 @@ fn percent(volume: f64, of: f64) -> f64 {
 pub(crate) fn round_trips(size: Size) -> Vec<Row> {
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     let folder = folder.path();
-    let cell_width = size.pick(0.0025, 0.0015, 0.001);
+    let cell_width = size.pick(0.0025, 0.002, 0.001);
     let mut rows = vec![];
     let shown = bunny(folder, cell_width);
     for (name, mesh, bodies) in [("bunny", &shown, 1), ("cut block", &cut_block(), 2)] {

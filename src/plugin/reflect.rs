@@ -6,9 +6,9 @@ use super::clay::{Clay, ClaySettings, ClayStatus};
 use super::tool::SculptTool;
 use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
 use crate::sim::plan::InertiaScaling;
-use crate::sim::tool::{Contact, Tool, ToolShape};
+use crate::sim::tool::{Contact, Profile, Tool, ToolShape};
 use bevy::prelude::*;
-use bevy::reflect::impl_reflect;
+use bevy::reflect::{impl_reflect, impl_reflect_opaque};
 use glam::DVec3;
 
 impl_reflect!(
@@ -77,9 +77,14 @@ impl_reflect!(
         Capsule { radius: f64, half_length: f64 },
         Box { half_size: DVec3 },
         Blade { half_width: f64, half_height: f64 },
+        PointedBlade { half_width: f64, half_height: f64 },
+        BentBlade { profile: Profile, half_height: f64 },
+        Wire { half_length: f64 },
         Cone { radius: f64, half_height: f64 },
     }
 );
+
+impl_reflect_opaque!((in bevy_clay::sim::tool) Profile(Clone, Debug, PartialEq, Serialize, Deserialize));
 
 impl_reflect!(
     #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]

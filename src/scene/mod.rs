@@ -14,6 +14,7 @@
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
+//! | [`pieces`]  | snapshot                | which particles hold together; the clay without offcuts    |
 //! | [`export`]  | surface, snapshot       | bodies in STL, PLY, OBJ, 3MF, GLB; particles in PLY        |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
@@ -24,6 +25,7 @@ pub mod export;
 pub mod file;
 pub mod fill;
 pub mod import;
+pub mod pieces;
 pub mod resample;
 pub mod solid;
 pub mod track;
@@ -40,6 +42,7 @@ pub mod prelude {
     pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
+    pub use super::pieces::Pieces;
     pub use super::resample::resample;
     pub use super::track::{Keyframe, Rotation, ToolTrack};
 }

@@ -10,7 +10,7 @@ use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
 use crate::sim::engine::{SurfaceParticle, SurfaceSource};
 use crate::sim::params::{BLOCK, CELLS_MAX, Domain, PADDING, ParamsError};
-use crate::sim::snapshot::{Particle, Side, Snapshot};
+use crate::sim::snapshot::{Particle, Snapshot};
 use crate::surface::extract::extract;
 use crate::surface::field::{SurfaceSettings, Tier};
 use glam::{DVec3, IVec3};
@@ -184,12 +184,12 @@ impl<'a> Neighbours<'a> {
     /// A particle with the state of the clay at `at` [old cells].
     fn carry(&self, at: DVec3) -> Particle {
         let mut particle = *self.nearest(at);
-        let tag = particle.tags[0];
-        if tag.side != 0 {
-            let near = self.around(at, 1).filter(|(distance, p)| *distance < VOTE_REACH && p.tags[0].sheet == tag.sheet);
-            let vote: f64 = near.map(|(distance, p)| f64::from(p.tags[0].side) * (VOTE_REACH - distance)).sum();
-            if vote != 0.0 {
-                particle.tags[0].side = if vote > 0.0 { Side::Front.sign() } else { Side::Back.sign() };
+        for tag in particle.tags.iter_mut().filter(|tag| tag.side != 0) {
+            let side_of = |p: &Particle| p.tags.iter().find(|t| t.sheet == tag.sheet).map_or(0, |t| t.sign());
+            let near = self.around(at, 1).filter(|(distance, _)| *distance < VOTE_REACH);
+            let vote: f64 = near.map(|(distance, p)| f64::from(side_of(p)) * (VOTE_REACH - distance)).sum();
+            if vote != 0.0 && (vote > 0.0) != (tag.side > 0) {
+                tag.side = -tag.sign();
             }
         }
         particle

@@ -132,7 +132,14 @@ impl ToolTrack {
             ToolShape::Sphere { radius } => DVec3::splat(radius),
             ToolShape::Capsule { radius, half_length } => DVec3::new(radius, radius + half_length, radius),
             ToolShape::Box { half_size } => half_size,
-            ToolShape::Blade { half_width, half_height } => DVec3::new(half_width, half_height, 0.0),
+            ToolShape::Blade { half_width, half_height } | ToolShape::PointedBlade { half_width, half_height } => {
+                DVec3::new(half_width, half_height, 0.0)
+            }
+            ToolShape::BentBlade { profile, half_height } => {
+                let reach = profile.points().iter().fold(glam::DVec2::ZERO, |reach, p| reach.max(p.abs()));
+                DVec3::new(reach.x, half_height, reach.y)
+            }
+            ToolShape::Wire { half_length } => DVec3::X * half_length,
             ToolShape::Cone { radius, half_height } => DVec3::new(radius, half_height, radius),
         };
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);

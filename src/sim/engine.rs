@@ -283,7 +283,7 @@ pub struct SurfaceParticle {
 impl SurfaceParticle {
     /// The side (+1, 0, -1) of the first cut.
     pub fn side(&self) -> i8 {
-        self.tags.to_le_bytes()[1].cast_signed()
+        self.tags.to_le_bytes()[1].cast_signed().signum()
     }
 
     /// The sheet id of the first cut; 0 where there is none.

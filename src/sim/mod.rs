@@ -33,7 +33,7 @@
 //!       A separating wall folds a column of three nodes only while clay reaches its ghost, within half a cell of the wall (more than [`WALL_TOUCH`](params::WALL_TOUCH) of the column's mass), and its reaction, of the classes' totals,
 //!       `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'` with `v = (p+ - p-) / (m+ + m-) + g'` is positive: `+` mirror, `0` wall node, `-` ghost, `p`
 //!       the normal momenta away from the wall, `g' = g h (rho / rho_s)` along it; else that column has no wall in this substep.
-//!    2. **Sides.** Each sheet divides a node or not, apart from the others. Within the band of its blade ([`Blade::distance_within_band`](tool::Blade::distance_within_band))
+//!    2. **Sides.** Each sheet divides a node or not, apart from the others. Within the band of its blade ([`Blade::within_band`](tool::Blade::within_band))
 //!       it does, and the node's owner is the sign of the distance (0 counts as front). Else it does where `m_F + m_B > m / 2`, with `m_F` and `m_B` the masses of the
 //!       classes with its side +1 and -1, `m` that of all (folded masses here and below), and the owner is front if `m_F >= m_B`. A class is *beyond* a division if it has the side
 //!       that its owner has not; clay without a side of the sheet moves with the owner. A field is all clay that is beyond the same divisions: one at a whole
@@ -104,5 +104,5 @@ pub mod prelude {
     pub use super::plan::{InertiaScaling, StepLimits};
     pub use super::sheets::Sheets;
     pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
-    pub use super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
+    pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

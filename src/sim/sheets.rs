@@ -63,7 +63,7 @@ impl Sheets {
         if report.health.contains(Health::GIVEN_UP) {
             return;
         }
-        let tools = report.tools.iter().map(|tool| (tool.id, tool.contacts > 0)).collect();
+        let tools = report.tools.iter().map(|tool| (tool.id, tool.contacts + tool.tagged > 0)).collect();
         self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
     }
 

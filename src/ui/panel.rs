@@ -1,7 +1,7 @@
 //! The window that changes the clay.
 
 use super::material::{self, Row};
-use super::request::{ClayNotice, ClayRequest, ExportFormat};
+use super::request::{BodyFiles, ClayNotice, ClayRequest, ExportFormat};
 use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality};
 use crate::sim::material::ClayMaterial;
 use crate::sim::plan::InertiaScaling;
@@ -16,6 +16,8 @@ pub(super) struct PanelState {
     /// Cell width [m] while it is being chosen.
     cell_width: Option<f64>,
     format: ExportFormat,
+    /// Whether each piece is exported into a file of its own.
+    is_apart: bool,
 }
 
 /// Cells per cell that the slider offers: a quarter to four times the width the clay was last put on.
@@ -130,7 +132,7 @@ fn choice<T: Copy + PartialEq>(ui: &mut egui::Ui, name: &str, hover: &str, value
     ui.end_row();
 }
 
-/// Pause, reset, export.
+/// Pause, reset, offcuts, export.
 fn buttons(
     ui: &mut egui::Ui,
     clay: Entity,
@@ -144,15 +146,23 @@ fn buttons(
         if ui.button("reset").on_hover_text("Back to the shape at the start. Grid and material stay as they are.").clicked() {
             requests.write(ClayRequest::Reset(clay));
         }
-        ui.separator();
+        let hover = "Removes every piece but the largest: what a cut has parted from it.";
+        if ui.button("drop offcuts").on_hover_text(hover).clicked() {
+            requests.write(ClayRequest::DropOffcuts(clay));
+        }
+    });
+    ui.horizontal(|ui| {
         if ui.button("export").on_hover_text("Writes the surface, closed, into a new file.").clicked() {
-            requests.write(ClayRequest::Export(clay, state.format));
+            let bodies = if state.is_apart { BodyFiles::Apart } else { BodyFiles::Together };
+            requests.write(ClayRequest::Export(clay, state.format, bodies));
         }
         for format in ExportFormat::ALL {
             let name = format.extension().to_uppercase();
             ui.selectable_value(&mut state.format, format, name)
                 .on_hover_text("Format of the exported surface: in mm, GLB in m.");
         }
+        ui.checkbox(&mut state.is_apart, "a file per piece")
+            .on_hover_text("Each piece into a file of its own, the largest first.");
     });
 }
 

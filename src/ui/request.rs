@@ -2,8 +2,9 @@
 
 use crate::plugin::clay::{Clay, ClayStatus};
 use crate::plugin::engine::ClayEngine;
-pub use crate::scene::export::ExportFormat;
-use crate::scene::export::write_mesh;
+pub use crate::scene::export::{BodyFiles, ExportFormat};
+use crate::scene::export::{ExportOptions, write_bodies};
+use crate::scene::pieces::Pieces;
 use crate::scene::resample::resample;
 use crate::sim::snapshot::Snapshot;
 use crate::surface::extract::extract;
@@ -20,8 +21,10 @@ pub enum ClayRequest {
     Reset(Entity),
     /// The same shape on a grid of this cell width [m].
     Resample(Entity, f64),
-    /// Its surface into a new file.
-    Export(Entity, ExportFormat),
+    /// All pieces but the largest are gone.
+    DropOffcuts(Entity),
+    /// Its surface into a new file, or each piece of it.
+    Export(Entity, ExportFormat, BodyFiles),
 }
 
 /// What the clay of this entity first started from.
@@ -76,7 +79,7 @@ impl ClayChange {
 
 /// A file on its way.
 #[derive(Component)]
-pub(super) struct ClayExport(Task<Result<PathBuf, String>>);
+pub(super) struct ClayExport(Task<Result<String, String>>);
 
 /// Keeps what each clay first started from.
 pub(super) fn remember_start(clays: Query<(Entity, &Clay), Without<ClayStart>>, mut commands: Commands) {
@@ -98,7 +101,10 @@ pub(super) fn answer(
     mut commands: Commands,
 ) {
     for request in requests.read() {
-        let &(ClayRequest::Reset(entity) | ClayRequest::Resample(entity, _) | ClayRequest::Export(entity, _)) = request;
+        let &(ClayRequest::Reset(entity)
+        | ClayRequest::Resample(entity, _)
+        | ClayRequest::DropOffcuts(entity)
+        | ClayRequest::Export(entity, ..)) = request;
         let Ok((start, status, Some(engine), is_changing, is_exporting)) = clays.get(entity) else {
             notice.warn("the clay has no engine yet");
             continue;
@@ -109,7 +115,9 @@ pub(super) fn answer(
                 let (start, now) = (start.0.clone(), status.cell_width);
                 entity.insert(ClayChange::new("back at the start", move || on_grid(start.snapshot(), now)));
             }
-            ClayRequest::Resample(..) if is_changing => notice.warn("another change of the clay is under way"),
+            ClayRequest::Resample(..) | ClayRequest::DropOffcuts(_) if is_changing => {
+                notice.warn("another change of the clay is under way");
+            }
             ClayRequest::Resample(_, width) => match engine.save_deferred() {
                 Ok(save) => {
                     let done = format!("the clay stands on cells of {:.2} mm", width * 1e3);
@@ -117,8 +125,15 @@ pub(super) fn answer(
                 }
                 Err(error) => notice.warn(format!("no other grid: {error}")),
             },
+            ClayRequest::DropOffcuts(_) => match engine.save_deferred() {
+                Ok(save) => {
+                    let done = "offcuts gone: the largest piece is left";
+                    entity.insert(ClayChange::new(done, move || without_offcuts(&save())));
+                }
+                Err(error) => notice.warn(format!("no piece to keep: {error}")),
+            },
             ClayRequest::Export(..) if is_exporting => notice.warn("a file is being written already"),
-            ClayRequest::Export(_, format) => {
+            ClayRequest::Export(_, format, bodies) => {
                 let Some(surface) = engine.surface_deferred() else {
                     notice.warn("nothing to export: the clay has no surface yet");
                     continue;
@@ -127,8 +142,14 @@ pub(super) fn answer(
                 let write = async move {
                     let mesh = extract(&surface(), &SurfaceSettings::default());
                     let path = free_file(&folder, format)?;
-                    write_mesh(&path, &mesh).map_err(|e| e.to_string())?;
-                    Ok(std::path::absolute(&path).unwrap_or(path))
+                    let options = ExportOptions { bodies, ..ExportOptions::default() };
+                    let report = write_bodies(&path, &mesh, &options).map_err(|e| e.to_string())?;
+                    let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+                    let first = report.files.first().map_or(path, absolute).display().to_string();
+                    Ok(match report.files.len() {
+                        0 | 1 => first,
+                        count => format!("{first} and {} more files", count - 1),
+                    })
                 };
                 entity.insert(ClayExport(AsyncComputeTaskPool::get().spawn(write)));
             }
@@ -159,7 +180,7 @@ pub(super) fn take(
         let Some(result) = check_ready(&mut export.0) else { continue };
         commands.entity(entity).remove::<ClayExport>();
         match result {
-            Ok(path) => notice.say(format!("wrote {}", path.display())),
+            Ok(files) => notice.say(format!("wrote {files}")),
             Err(error) => notice.warn(format!("not exported: {error}")),
         }
     }
@@ -174,12 +195,23 @@ fn on_grid(start: &Snapshot, cell_width: f64) -> Result<Snapshot, String> {
     resample(start, cell_width).map_err(|e| e.to_string())
 }
 
+/// The largest piece of the clay.
+fn without_offcuts(clay: &Snapshot) -> Result<Snapshot, String> {
+    let pieces = Pieces::of(clay);
+    if pieces.count() < 2 {
+        return Err("it is in one piece".into());
+    }
+    Ok(pieces.kept(clay, |piece| piece == 0))
+}
+
 /// A file of `folder`, which is made if missing, that is not there yet.
 fn free_file(folder: &Path, format: ExportFormat) -> Result<PathBuf, String> {
     const FILES_MAX: u32 = 10_000;
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    // Neither the file nor that of its first piece.
+    let name = |number: u32, piece: &str| folder.join(format!("clay-{number:03}{piece}.{}", format.extension()));
     (1..FILES_MAX)
-        .map(|number| folder.join(format!("clay-{number:03}.{}", format.extension())))
-        .find(|path| !path.exists())
+        .find(|number| ["", "-1"].iter().all(|piece| !name(*number, piece).exists()))
+        .map(|number| name(number, ""))
         .ok_or_else(|| format!("{}: no free name for another file", folder.display()))
 }

@@ -3,7 +3,8 @@
 use bevy_clay::prelude::*;
 use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::oracle::Oracle;
-use glam::{DQuat, DVec3, IVec3};
+use glam::{DQuat, DVec2, DVec3, IVec3};
+use std::f64::consts::PI;
 
 pub(crate) const CELL: f64 = 0.01;
 
@@ -268,6 +269,31 @@ pub(crate) fn blades() -> Vec<Agreement> {
             p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + step, turn)];
             cases.push(agreement_at_cut(format!("{name} {contact:?}"), s, p, 500));
         }
+    }
+    cases
+}
+
+/// A gouge that digs and turns, a pointed blade that stabs, wires that are pulled through, straight and round a bend.
+pub(crate) fn other_blades() -> Vec<Agreement> {
+    let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
+    let gouge = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
+    let pointed = ToolShape::PointedBlade { half_width: 2.1 * CELL, half_height: 4.3 * CELL };
+    let wire = ToolShape::Wire { half_length: 7.3 * CELL };
+    let down = DVec3::new(0.02, -2.0, 0.01);
+    let mut cases = vec![];
+    for (name, shape, contact, step, turn) in [
+        ("gouge digs", gouge, Contact::Slip, down, DQuat::from_rotation_y(0.4)),
+        ("gouge sweeps", gouge, SEPARATE, DVec3::new(0.4, 0.1, -1.1), DQuat::from_rotation_y(0.4)),
+        ("point stabs", pointed, SEPARATE, down, DQuat::from_rotation_y(1.4)),
+        ("point sticks", pointed, Contact::Stick, DVec3::new(0.7, -0.4, 0.3), DQuat::from_rotation_y(1.4)),
+        ("wire", wire, SEPARATE, down, DQuat::from_rotation_y(1.4)),
+        ("wire aslant", wire, SEPARATE, DVec3::new(0.1, -0.8, 0.9), DQuat::from_rotation_y(0.2)),
+    ] {
+        let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 7.07, 11.3);
+        p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + step, turn)];
+        cases.push(agreement_at_cut(name, s, p, 100));
     }
     cases
 }

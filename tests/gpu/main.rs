@@ -65,6 +65,7 @@ fn main() {
         cases("laws_agree", common::laws),
         cases("volume_averaging_agrees", common::averaging),
         cases("blades_agree", common::blades),
+        cases("other_blades_agree", common::other_blades),
         cases("kept_cut_agrees", common::kept_cut),
         cases("crossed_cuts_agree", common::crossed_cuts),
         cases("cut_through_cuts_agrees", common::recut),

@@ -4,6 +4,7 @@
 mod clay;
 mod cuts;
 mod fields;
+mod files;
 mod lips;
 mod sphere;
 mod whole;

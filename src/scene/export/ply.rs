@@ -45,6 +45,6 @@ fn write_particle(out: &mut impl Write, domain: &Domain, particle: &Particle) ->
     for x in numbers {
         out.write_all(&x.to_le_bytes())?;
     }
-    out.write_all(&particle.tags[0].side.to_le_bytes())?;
+    out.write_all(&particle.tags[0].sign().to_le_bytes())?;
     out.write_all(&particle.id.to_le_bytes())
 }

@@ -106,6 +106,32 @@ fn resampled_block_keeps_its_faces() {
     assert!(moved < 0.1, "the top moved by {moved} cells");
 }
 
+/// Clay cut twice keeps the sides of both cuts, in whichever slot each stands.
+#[test]
+fn resampled_cross_keeps_both_cuts() {
+    let mut old = cut_block(0.0);
+    for (i, p) in old.particles.iter_mut().enumerate() {
+        let z = old.domain.to_world(p.grid()).z;
+        if z.abs() < 1.5 * DX {
+            p.tags[1] = crate::sim::snapshot::Tag { sheet: 8, side: if z > 0.0 { 1 } else { -1 } };
+        }
+        if i % 2 == 0 {
+            p.tags.swap(0, 1);
+        }
+    }
+    let new = resample(&old, 0.0015).expect("clay");
+    let wrong = |p: &&Particle| {
+        let at = new.domain.to_world(p.grid());
+        let is_wrong = |sheet: u8, x: f64| {
+            let side = p.tags.iter().find(|t| t.sheet == sheet).map_or(0, |t| t.side);
+            (side == 0 && x.abs() < DX) || (side != 0 && x.abs() > 0.1 * DX && (side > 0) != (x > 0.0))
+        };
+        is_wrong(3, at.x) || is_wrong(8, at.z)
+    };
+    assert_eq!(new.particles.iter().filter(wrong).count(), 0);
+    assert_eq!(crate::scene::pieces::Pieces::of(&new).count(), 4);
+}
+
 /// Cut clay keeps its sides, whether the cut is shut or open, and the surface keeps its two bodies when it is open.
 #[test]
 fn resampled_cut_keeps_its_sides() {

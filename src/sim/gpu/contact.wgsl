@@ -5,7 +5,7 @@ const DIVISIONS_MAX: u32 = 4u;
 const NO_BLADE: u32 = 0xffffffffu;
 
 // A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it there.
-struct Division { sheet: u32, owner: i32, blade: u32, distance: f32 }
+struct Division { sheet: u32, owner: i32, blade: u32, distance: f32, normal: vec3f }
 
 // Fields stand in the place of the first of their classes.
 struct Node {
@@ -69,8 +69,10 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -
         if (near_blades & (1u << t)) == 0u { continue; }
         let tool = tool_now(t);
         if tool.sheet != sheet { continue; }
-        let q = local_end(tool, n, vec3f(0.0));
-        if all(abs(q.xy) <= tool.size.xy) && abs(q.z) <= BAND { return Division(sheet, select(1, -1, q.z < 0.0), t, q.z); }
+        let foot = foot_on(tool, local_end(tool, n, vec3f(0.0)));
+        if foot.is_inside && abs(foot.distance) <= BAND {
+            return Division(sheet, select(1, -1, foot.distance < 0.0), t, foot.distance, tool.end_rotation * foot.normal);
+        }
     }
     var front = 0.0;
     var back = 0.0;
@@ -83,7 +85,7 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -
         if side < 0 { back += mass; }
     }
     let is_split = front + back > 0.5 * all_;
-    return Division(select(0u, sheet, is_split), select(-1, 1, front >= back), NO_BLADE, 0.0);
+    return Division(select(0u, sheet, is_split), select(-1, 1, front >= back), NO_BLADE, 0.0, vec3f(0.0));
 }
 
 fn divide(node: ptr<function, Node>, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) {
@@ -131,7 +133,7 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
         for (var f = 0u; f < CLASSES; f++) {
             if (*node).leader[f] != f { continue; }
             let sign_ = f32(field_side(node, i, (*node).beyond[f]));
-            let normal = sign_ * tool.end_rotation[2];
+            let normal = sign_ * (*node).divisions[i].normal;
             let distance_ = sign_ * (*node).divisions[i].distance;
             if tool.contact == STICK {
                 push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, params.adhesion), &taken);

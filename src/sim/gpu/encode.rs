@@ -4,7 +4,7 @@ use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
 use super::kernels::Kernels;
-use super::layout::{GpuTool, Params};
+use super::layout::{GpuTool, Params, bent_blades};
 use super::pass::Id;
 use super::stamps::{Stamps, Stretch};
 use std::collections::HashMap;
@@ -158,7 +158,9 @@ impl<'a> Encoding<'a> {
         w.queue.write_buffer(&w.buffers.params, 0, bytemuck::bytes_of(&w.params));
         let substep = |s: u32| {
             let start = f64::from(s) * w.dt;
-            w.plan.tools.iter().map(move |path| GpuTool::new(path, w.domain, start, start + w.dt))
+            let profile = |i: usize| bent_blades(&w.plan.tools).position(|(tool, _)| tool == i).unwrap_or(0) as u32;
+            let tools = w.plan.tools.iter().enumerate();
+            tools.map(move |(i, path)| GpuTool::new(path, w.domain, start, start + w.dt, profile(i)))
         };
         let tools: Vec<GpuTool> = (part.first..part.first + part.steps).flat_map(substep).collect();
         w.queue.write_buffer(&w.buffers.tools, 0, bytemuck::cast_slice(&tools));

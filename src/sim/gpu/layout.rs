@@ -5,13 +5,15 @@ use super::super::engine::FramePlan;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, Wall};
 use super::super::plan::AVERAGING_INTERVAL;
-use super::super::tool::{Contact, Pose, ToolPath, ToolShape};
+use super::super::tool::{Blade, Contact, Motion, Outline, Pose, Profile, ToolPath, ToolShape};
 use super::plan::Scales;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, IVec3};
 
 /// Tools that one plan may have: a bit each in a word.
 pub const TOOLS_MAX: u32 = 32;
+/// Bent blades that one plan may have: their profiles are uniforms.
+pub const PROFILES_MAX: u32 = 8;
 /// Fields of a particle's state, 16 bytes each.
 pub(super) const FIELDS: u32 = 7;
 
@@ -74,9 +76,10 @@ pub(super) struct Params {
     pub averaging_last_at: u32,
     pub adhesion: f32,
     pub blades: u32,
+    pub solids: u32,
     pub weld_stress: f32,
     pub weld_step: u32,
-    pub spare: u32,
+    pub profiles: [[[f32; 4]; 17]; PROFILES_MAX as usize],
 }
 
 /// What a frame's parameters are made of.
@@ -120,6 +123,9 @@ impl Params {
         };
         let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
         let weld = WeldRule::of(plan);
+        let bits = |is: &dyn Fn(&ToolShape) -> bool| {
+            plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(&path.tool.shape)) << i).sum()
+        };
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
         Self {
             blocks: domain.blocks().to_array(),
@@ -161,12 +167,35 @@ impl Params {
             // Of an earlier submission it wraps to where no substep is.
             averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
             adhesion: ((m.shear_strength() * dt * dt / (plan.inertial_density() * dx * dx)) as f32).min(YIELD_NORM_MAX),
-            blades: plan.tools.iter().enumerate().map(|(i, t)| u32::from(t.tool.shape.is_blade()) << i).sum(),
+            blades: bits(&|shape| shape.is_blade() && !matches!(shape, ToolShape::Wire { .. })),
+            solids: bits(&|shape| !shape.is_blade()),
+            profiles: profiles(plan, dx),
             weld_stress: weld.map_or(0.0, |rule| scale * rule.stress) as f32,
             weld_step: weld.map_or(0, |rule| rule.step.into()),
-            spare: 0,
         }
     }
+}
+
+/// The profiles of the plan's bent blades [cells], in the plan's order.
+#[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
+fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; 17]; PROFILES_MAX as usize] {
+    let mut all = [[[0.0; 4]; 17]; PROFILES_MAX as usize];
+    for (to, (_, profile)) in all.iter_mut().zip(bent_blades(&plan.tools)) {
+        for (i, point) in profile.points().iter().enumerate() {
+            let [x, z] = (*point / cell_width).to_array();
+            to[i / 2][2 * (i % 2)..2 * (i % 2) + 2].copy_from_slice(&[x as f32, z as f32]);
+        }
+    }
+    all
+}
+
+/// The bent blades among the tools: index and profile of each.
+pub(super) fn bent_blades(tools: &[ToolPath]) -> impl Iterator<Item = (usize, Profile)> {
+    let profile = |(i, path): (usize, &ToolPath)| match path.tool.shape {
+        ToolShape::BentBlade { profile, .. } => Some((i, profile)),
+        _ => None,
+    };
+    tools.iter().enumerate().filter_map(profile)
 }
 
 /// The cell that angular momentum is summed about on the device: sums of f32 keep more digits about the middle.
@@ -192,23 +221,36 @@ pub(super) struct GpuTool {
     pub travel: [f32; 3],
     pub radius: f32,
     pub size: [f32; 3],
-    pub spare: f32,
+    pub profile: u32,
 }
 
 impl GpuTool {
-    /// The tool of `path` during the substep from `start` to `end` [s].
+    /// The tool of `path` during the substep from `start` to `end` [s]; `profile` is the index of its profile, if it is a bent blade.
     #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
-    pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64) -> Self {
-        let (from, to) = (path.pose_at(start), path.pose_at(end));
-        let [a, b] = [from, to].map(|p| domain.to_grid(p.position));
-        let [r, s] = [from, to].map(|p: Pose| DMat3::from_quat(p.rotation));
+    pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64, profile: u32) -> Self {
+        let in_cells = |p: Pose| Pose { position: domain.to_grid(p.position), ..p };
+        let motion = path.motion(start, end);
+        let motion = Motion { start: in_cells(motion.start), end: in_cells(motion.end), duration: 1.0 };
         let shape = path.tool.shape.scaled(1.0 / domain.cell_width);
+        let (motion, wire) = match shape {
+            ToolShape::Wire { half_length } => wire(half_length, motion),
+            _ => (motion, (0.0, DVec3::ZERO)),
+        };
+        let [a, b] = [motion.start.position, motion.end.position];
+        let [r, s] = [motion.start, motion.end].map(|p: Pose| DMat3::from_quat(p.rotation));
+        let mut points = 0;
         let (shape, radius, size) = match shape {
             ToolShape::Sphere { radius } => (0, radius, DVec3::ZERO),
             ToolShape::Capsule { radius, half_length } => (1, radius, DVec3::Y * half_length),
             ToolShape::Box { half_size } => (2, 0.0, half_size),
             ToolShape::Blade { half_width, half_height } => (3, 0.0, DVec3::new(half_width, half_height, 0.0)),
             ToolShape::Cone { radius, half_height } => (4, radius, DVec3::Y * half_height),
+            ToolShape::PointedBlade { half_width, half_height } => (5, 0.0, DVec3::new(half_width, half_height, 0.0)),
+            ToolShape::BentBlade { profile, half_height } => {
+                points = profile.points().len() as u32;
+                (6, 0.0, DVec3::Y * half_height)
+            }
+            ToolShape::Wire { .. } => (7, wire.0, wire.1),
         };
         let (contact, friction) = match path.tool.contact {
             Contact::Stick => (0, 0.0),
@@ -230,8 +272,21 @@ impl GpuTool {
             travel: (b - a).as_vec3().to_array(),
             radius: radius as f32,
             size: size.as_vec3().to_array(),
-            spare: 0.0,
+            profile: profile | points << 8,
         }
+    }
+}
+
+/// The motion of the strip that a wire leaves behind, where the wire stands along its Y, and the strip's half extents; those of a wire that leaves none hold nothing.
+fn wire(half_length: f64, motion: Motion) -> (Motion, (f64, DVec3)) {
+    let outline = Outline::Wire { half_length };
+    let (strip, at) = Blade::new(outline, motion, 1.0).strip();
+    match strip {
+        Outline::Rectangle { half_width, half_height } => {
+            let y = at.end.to_local(motion.end.position).y;
+            (at, (y, DVec3::new(half_width, half_height, 0.0)))
+        }
+        _ => (motion, (0.0, DVec3::new(half_length, -1.0, 0.0))),
     }
 }
 

@@ -33,7 +33,7 @@ mod wgsl;
 
 pub use device::{GpuDevice, GpuError, GpuMode};
 pub(crate) use device::{check, guarded};
-pub use layout::TOOLS_MAX;
+pub use layout::{PROFILES_MAX, TOOLS_MAX};
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceSource};
@@ -235,6 +235,11 @@ impl Engine for GpuEngine {
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");
             return Err(ParamsError::new("tools", plan.tools.len(), reason).into());
+        }
+        let bent = layout::bent_blades(&plan.tools).count();
+        if bent > PROFILES_MAX as usize {
+            let reason = format!("must have at most {PROFILES_MAX} bent blades on this engine");
+            return Err(ParamsError::new("tools", format!("{bent} bent blades"), reason).into());
         }
         if self.pending >= PENDING_MAX {
             return Err(EngineError::Busy(self.pending));

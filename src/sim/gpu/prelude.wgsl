@@ -40,9 +40,11 @@ struct Params {
     averaging_last: f32, // the same at the frame's last averaging, which stands for fewer substeps
     averaging_last_at: u32, // the substep of this submission, from 1, that it is in
     adhesion: f32, // velocity that the clay's shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
-    blades: u32, // which tools are blades, a bit each
+    blades: u32, // which tools are blades that hold clay off, a bit each
+    solids: u32, // which tools are solid, a bit each
     weld_stress: f32, // compression across a cut at which its sides grow together, as the stress is scaled
     weld_step: u32, // what a frame adds to the count of a pressed tag; 0 where nothing grows together
+    profiles: array<array<vec4f, 17>, PROFILES_MAX>, // of bent blades: two points (x, z) of the XZ plane each
 }
 
 struct ToolCount {

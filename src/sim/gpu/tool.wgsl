@@ -13,9 +13,9 @@ struct Tool {
     start_rotation: mat3x3f,
     turn: mat3x3f, // end_rotation - start_rotation
     travel: vec3f, // from start to end
-    radius: f32,
+    radius: f32, // of a wire: where it stands along y in the frame of its strip
     size: vec3f, // half the box; half width and height; half the capsule's axis or the cone's height in y
-    spare: f32,
+    profile: u32, // of a bent blade: its index, and its number of points from bit 8 on
 }
 
 const SPHERE: u32 = 0u;
@@ -23,6 +23,9 @@ const CAPSULE: u32 = 1u;
 const BOX: u32 = 2u;
 const BLADE: u32 = 3u;
 const CONE: u32 = 4u;
+const POINTED: u32 = 5u;
+const BENT: u32 = 6u;
+const WIRE: u32 = 7u;
 const STICK: u32 = 0u;
 const SLIP: u32 = 1u;
 
@@ -77,7 +80,7 @@ fn distance_to(t: Tool, q: vec3f) -> f32 {
             return length(max(d, vec3f(0.0))) + min(max(d.x, max(d.y, d.z)), 0.0);
         }
         case CONE { return cone(t, q).w; }
-        default { return length(q - vec3f(clamp(q.xy, -t.size.xy, t.size.xy), 0.0)); }
+        default { return blade_distance(t, q); }
     }
 }
 

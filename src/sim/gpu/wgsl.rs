@@ -3,7 +3,7 @@
 use super::super::cut::{MEETING_SHARE, NORMAL_REGULARISATION, WELD_PARTS};
 use super::super::params::WALL_TOUCH;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
-use super::layout::{FIELDS, TOOLS_MAX, flag};
+use super::layout::{FIELDS, PROFILES_MAX, TOOLS_MAX, flag};
 use super::pass::Pass;
 use crate::sim::snapshot::Particle;
 use std::fmt::Write;
@@ -22,7 +22,7 @@ pub(super) mod part {
     pub(in super::super) const STATE: &str = include_str!("state.wgsl");
     pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
     pub(in super::super) const LAW: &str = include_str!("law.wgsl");
-    pub(in super::super) const TOOL: &str = include_str!("tool.wgsl");
+    pub(in super::super) const TOOL: &str = concat!(include_str!("tool.wgsl"), include_str!("blade.wgsl"));
     pub(in super::super) const CONTACT: &str = include_str!("contact.wgsl");
     pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
@@ -42,6 +42,7 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("WORKGROUP", WORKGROUP),
         ("CLASSES", classes),
         ("TOOLS_MAX", TOOLS_MAX),
+        ("PROFILES_MAX", PROFILES_MAX),
         ("SCAN_CHUNK", SCAN_CHUNK),
         ("RECORD_WORDS", (size_of::<Particle>() / 4) as u32),
         ("FIELDS", FIELDS),
@@ -204,8 +205,10 @@ mod tests {
                 averaging_last_at,
                 adhesion,
                 blades,
+                solids,
                 weld_stress,
                 weld_step,
+                profiles,
             ]
         );
         twin!(
@@ -227,7 +230,7 @@ mod tests {
                 travel,
                 radius,
                 size,
-                spare,
+                profile,
             ]
         );
         twin!(&grid, ToolCount, "ToolCount", [tagged, pushed_back, depth, displaced]);

@@ -18,7 +18,7 @@ pub(super) struct ToolNow {
     pub shape: ToolShape,
     pub contact: Contact,
     pub motion: Motion,
-    /// The rectangle and its band, if the tool is a blade.
+    /// What divides the clay, if the tool is a blade or a wire.
     pub blade: Option<Blade>,
     /// The sheet that a blade cuts.
     pub sheet: u8,
@@ -28,18 +28,13 @@ pub(super) struct ToolNow {
 
 impl ToolNow {
     pub(super) fn new(path: &ToolPath, domain: &Domain, validation: &Validation, start: f64, end: f64) -> Self {
-        let pose = |t| {
-            let p = path.pose_at(t);
-            Pose { position: domain.to_grid(p.position), ..p }
-        };
-        let motion = Motion { start: pose(start), end: pose(end), duration: 1.0 };
+        let in_cells = |p: Pose| Pose { position: domain.to_grid(p.position), ..p };
+        let motion = path.motion(start, end);
+        let motion = Motion { start: in_cells(motion.start), end: in_cells(motion.end), duration: 1.0 };
         let (shape, growth) = validation.grown(path.tool.shape, end);
         let shape = shape.scaled(1.0 / domain.cell_width);
         let growth = growth * (end - start) / domain.cell_width;
-        let blade = match shape {
-            ToolShape::Blade { half_width, half_height } => Some(Blade { half_width, half_height, band: BAND, motion }),
-            _ => None,
-        };
+        let blade = shape.outline().map(|outline| Blade::new(outline, motion, 1.0));
         Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet_id(), growth }
     }
 

@@ -18,8 +18,8 @@ pub(super) struct Division {
     pub sheet: u8,
     /// The side with which clay moves that has none.
     pub owner: i8,
-    /// The blade in whose band the node stands: its index and the signed distance [cells]; none at a kept cut.
-    pub blade: Option<(usize, f64)>,
+    /// The blade in whose band the node stands: its index, the signed distance [cells] and the unit normal of its front; none at a kept cut.
+    pub blade: Option<(usize, f64, DVec3)>,
 }
 
 /// The sheets that divide a node, in their order; none at a whole node.
@@ -35,9 +35,12 @@ impl Divisions {
         let mut divisions = Self::default();
         for &sheet in sheets {
             let blade = meeting.tools.iter().enumerate().find(|(_, t)| t.blade.is_some() && t.sheet == sheet);
-            let blade = blade.and_then(|(i, t)| Some((i, t.blade?.distance_within_band(node.as_dvec3())?)));
+            let blade = blade.and_then(|(i, t)| {
+                let (distance, normal) = t.blade?.within_band(node.as_dvec3())?;
+                Some((i, distance, normal))
+            });
             let owner = match blade {
-                Some((_, distance)) => Some(if distance < 0.0 { -1 } else { 1 }),
+                Some((_, distance, _)) => Some(if distance < 0.0 { -1 } else { 1 }),
                 None => owner_by_mass(keys, sheet, &mass),
             };
             if let Some(owner) = owner
@@ -54,9 +57,9 @@ impl Divisions {
         self.items[..self.count].iter()
     }
 
-    /// The division that the blade of this index makes, and the node's signed distance from it [cells].
-    pub(super) fn of_blade(&self, index: usize) -> Option<(usize, f64)> {
-        self.iter().enumerate().find_map(|(i, d)| d.blade.filter(|b| b.0 == index).map(|b| (i, b.1)))
+    /// The division that the blade of this index makes, the node's signed distance from it [cells] and its normal.
+    pub(super) fn of_blade(&self, index: usize) -> Option<(usize, f64, DVec3)> {
+        self.iter().enumerate().find_map(|(i, d)| d.blade.filter(|b| b.0 == index).map(|b| (i, b.1, b.2)))
     }
 
     /// Which divisions the clay of `key` is beyond, from their owners' sides: a bit each.

@@ -277,8 +277,7 @@ impl<'a> Block<'a> {
     fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
         let (world, divisions, fields) = (node.as_dvec3(), self.divisions[k], self.fields[k]);
         for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| t.blade.is_some()) {
-            let Some((i, distance)) = divisions.of_blade(index) else { continue };
-            let front = tool.motion.end.rotation * DVec3::Z;
+            let Some((i, distance, front)) = divisions.of_blade(index) else { continue };
             // Each field is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
             for &(beyond, f) in fields.as_slice() {
                 let sign = f64::from(divisions.side(beyond, i));

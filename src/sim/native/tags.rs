@@ -63,7 +63,7 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &
             }
             let side = c.key().side(tool.sheet);
             if near.is_behind(side) {
-                x += blade.normal() * (f64::from(side) * SET_BACK - near.distance);
+                x += near.normal * (f64::from(side) * SET_BACK - near.distance);
                 sum.pushed_back += 1;
                 sum.depth_max = sum.depth_max.max(near.distance.abs());
             }

@@ -38,11 +38,10 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
 /// The blade of division `i` stops each field where that reaches beyond the blade's plane; a sticking one takes it along.
 fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
     let tool = &around.tools[band.tool];
-    let Some(blade) = tool.blade else { return };
     let world = around.domain.to_world(coordinate.as_dvec3());
     let sides: Vec<f64> = node.fields.iter().map(|field| f64::from(node.side(field, i))).collect();
     for (field, sign) in node.fields.iter_mut().zip(sides) {
-        let (normal, distance) = (blade.normal() * sign, band.distance * sign);
+        let (normal, distance) = (band.normal * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
         if tool.path.tool.contact == Contact::Stick {
             let after = tool::stick(field.velocity, tool.velocity(world, normal), normal, distance, around.adhesion());

@@ -40,8 +40,10 @@ pub(super) struct Field {
 pub(super) struct Band {
     /// Index of the tool in the plan.
     pub(super) tool: usize,
-    /// Signed distance of the node from the blade's plane [cells].
+    /// Signed distance of the node from the blade [cells].
     pub(super) distance: f64,
+    /// Unit normal of the blade's front at its point nearest to the node.
+    pub(super) normal: DVec3,
 }
 
 /// A sheet that divides the clay at a node.

@@ -25,9 +25,10 @@ pub(super) fn divide(grid: &mut Grid, around: &Surroundings) {
 fn bands(node: IVec3, around: &Surroundings) -> Vec<Division> {
     let world = around.domain.to_world(node.as_dvec3());
     let band = |(tool, moving): (usize, &super::tools::MovingTool)| {
-        let distance = moving.blade?.distance_within_band(world)? / around.domain.cell_width;
+        let (distance, normal) = moving.blade?.within_band(world)?;
+        let distance = distance / around.domain.cell_width;
         let owner = if distance < 0.0 { -1 } else { 1 };
-        Some(Division { sheet: moving.path.sheet_id(), owner, band: Some(Band { tool, distance }) })
+        Some(Division { sheet: moving.path.sheet_id(), owner, band: Some(Band { tool, distance, normal }) })
     };
     around.tools.iter().enumerate().filter_map(band).collect()
 }

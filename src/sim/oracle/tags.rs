@@ -28,7 +28,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
             if near.is_behind(side) {
                 let distance = near.distance / around.domain.cell_width;
                 let put_back = f64::from(side) * PUT_BACK_DISTANCE - distance;
-                particle.position = around.in_room(particle.position + blade.normal() * put_back);
+                particle.position = around.in_room(particle.position + near.normal * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());
             }

@@ -2,7 +2,7 @@
 
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{BAND, Blade, Motion, ToolPath, ToolShape, particle_touch};
+use super::super::tool::{Blade, Motion, ToolPath, ToolShape, particle_touch};
 use super::super::validation::Manufactured;
 use super::Particle;
 use glam::{DVec3, IVec3};
@@ -73,12 +73,7 @@ impl<'a> Surroundings<'a> {
     pub(super) fn new(domain: &'a Domain, plan: &'a FramePlan, start: f64) -> Self {
         let moving = |path: &'a ToolPath| {
             let motion = path.motion(start, start + plan.dt);
-            let blade = match path.tool.shape {
-                ToolShape::Blade { half_width, half_height } => {
-                    Some(Blade { half_width, half_height, band: BAND * domain.cell_width, motion })
-                }
-                _ => None,
-            };
+            let blade = path.tool.shape.outline().map(|outline| Blade::new(outline, motion, domain.cell_width));
             let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
             MovingTool { path, motion, blade, shape, growth }
         };

@@ -2,11 +2,14 @@
 
 mod blade;
 mod path;
+mod profile;
 mod shape;
 mod touch;
 
+pub(crate) use blade::Outline;
 pub use blade::{BAND, Blade, Near, stick, traction_share};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
+pub use profile::{PROFILE_POINTS, Profile};
 pub use shape::{CONTACT_OFFSET, ToolShape};
 pub(crate) use touch::spline;
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};

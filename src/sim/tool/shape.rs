@@ -1,6 +1,8 @@
 //! Tool shapes and their exact signed distances.
 
 use super::super::params::ParamsError;
+use super::blade::Outline;
+use super::profile::Profile;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +14,7 @@ pub const CONTACT_OFFSET: f64 = 0.4;
 /// A tool's shape in its own frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(clippy::large_enum_variant, reason = "copied a few times a frame; what holds it stays `Copy`")]
 pub enum ToolShape {
     /// A ball about the origin.
     Sphere {
@@ -36,6 +39,25 @@ pub enum ToolShape {
         half_width: f64,
         /// Half the extent along local Y [m].
         half_height: f64,
+    },
+    /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice `half_width` at +`half_height`; its front along +Z.
+    PointedBlade {
+        /// Half the base along local X [m].
+        half_width: f64,
+        /// Half the way from the tip to the base along local Y [m].
+        half_height: f64,
+    },
+    /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops, corrugated cutters.
+    BentBlade {
+        /// The bend.
+        profile: Profile,
+        /// Half the extent along local Y [m].
+        half_height: f64,
+    },
+    /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The front of its cut is where local Z points.
+    Wire {
+        /// Half its length [m].
+        half_length: f64,
     },
     /// A solid cone about the local Y axis, its tip at the low end.
     Cone {
@@ -62,6 +84,12 @@ impl ToolShape {
                 let on = DVec3::new(local.x.clamp(-half_width, half_width), local.y.clamp(-half_height, half_height), 0.0);
                 local.distance(on)
             }
+            Self::PointedBlade { half_width, half_height } => {
+                let corners = [(0.0, -half_height), (half_width, half_height), (-half_width, half_height)].map(DVec2::from);
+                triangle_distance(corners, local.truncate()).hypot(local.z)
+            }
+            Self::BentBlade { profile, half_height } => profile.strip_distance(half_height, local),
+            Self::Wire { half_length } => (local - DVec3::X * local.x.clamp(-half_length, half_length)).length(),
             Self::Cone { radius, half_height } => cone(radius, half_height, local).0,
         }
     }
@@ -85,7 +113,7 @@ impl ToolShape {
                 };
                 g * DVec3::new(1f64.copysign(local.x), 1f64.copysign(local.y), 1f64.copysign(local.z))
             }
-            Self::Blade { .. } => DVec3::Z,
+            Self::Blade { .. } | Self::PointedBlade { .. } | Self::BentBlade { .. } | Self::Wire { .. } => DVec3::Z,
             Self::Cone { radius, half_height } => cone(radius, half_height, local).1,
         };
         gradient.try_normalize().unwrap_or(DVec3::Y)
@@ -100,13 +128,31 @@ impl ToolShape {
             Self::Blade { half_width, half_height } => {
                 Self::Blade { half_width: half_width * factor, half_height: half_height * factor }
             }
+            Self::PointedBlade { half_width, half_height } => {
+                Self::PointedBlade { half_width: half_width * factor, half_height: half_height * factor }
+            }
+            Self::BentBlade { profile, half_height } => {
+                Self::BentBlade { profile: profile.scaled(factor), half_height: half_height * factor }
+            }
+            Self::Wire { half_length } => Self::Wire { half_length: half_length * factor },
             Self::Cone { radius, half_height } => Self::Cone { radius: radius * factor, half_height: half_height * factor },
         }
     }
 
-    /// Whether the shape is a blade: it divides the clay instead of displacing it.
+    /// Whether the shape is a blade or a wire: it divides the clay instead of displacing it.
     pub fn is_blade(&self) -> bool {
-        matches!(self, Self::Blade { .. })
+        self.outline().is_some()
+    }
+
+    /// What a blade or a wire is in its own plane or bend; none for a solid shape.
+    pub(crate) fn outline(&self) -> Option<Outline> {
+        Some(match *self {
+            Self::Blade { half_width, half_height } => Outline::Rectangle { half_width, half_height },
+            Self::PointedBlade { half_width, half_height } => Outline::Triangle { half_width, half_height },
+            Self::BentBlade { profile, half_height } => Outline::Strip { profile, half_height },
+            Self::Wire { half_length } => Outline::Wire { half_length },
+            _ => return None,
+        })
     }
 
     /// Radius [m] of a ball about the origin that holds the shape.
@@ -115,7 +161,11 @@ impl ToolShape {
             Self::Sphere { radius } => radius,
             Self::Capsule { radius, half_length } => radius + half_length,
             Self::Box { half_size } => half_size.length(),
-            Self::Blade { half_width, half_height } => half_width.hypot(half_height),
+            Self::Blade { half_width, half_height } | Self::PointedBlade { half_width, half_height } => {
+                half_width.hypot(half_height)
+            }
+            Self::BentBlade { profile, half_height } => profile.radius().hypot(half_height),
+            Self::Wire { half_length } => half_length,
             Self::Cone { radius, half_height } => radius.hypot(half_height),
         }
     }
@@ -133,10 +183,27 @@ impl ToolShape {
             Self::Sphere { radius } => check("radius", radius),
             Self::Capsule { radius, half_length } => check("radius", radius).and(check("half_length", half_length)),
             Self::Box { half_size } => half_size.to_array().into_iter().try_for_each(|h| check("half_size", h)),
-            Self::Blade { half_width, half_height } => check("half_width", half_width).and(check("half_height", half_height)),
+            Self::Blade { half_width, half_height } | Self::PointedBlade { half_width, half_height } => {
+                check("half_width", half_width).and(check("half_height", half_height))
+            }
+            Self::BentBlade { half_height, .. } => check("half_height", half_height),
+            Self::Wire { half_length } => check("half_length", half_length),
             Self::Cone { radius, half_height } => check("radius", radius).and(check("half_height", half_height)),
         }
     }
+}
+
+/// Distance from `q` to a triangle in its plane, 0 inside; corners counter-clockwise.
+fn triangle_distance(corners: [DVec2; 3], q: DVec2) -> f64 {
+    let edges = || (0..3).map(|i| (corners[i], corners[(i + 1) % 3]));
+    if edges().all(|(a, b)| (b - a).perp_dot(q - a) >= 0.0) {
+        return 0.0;
+    }
+    let to_edge = |(a, b): (DVec2, DVec2)| {
+        let t = ((q - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        q.distance(a.lerp(b, t))
+    };
+    edges().map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
 /// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local` and the axis the cone is a triangle: the slant
@@ -195,6 +262,15 @@ mod tests {
         let blade = ToolShape::Blade { half_width: 1.0, half_height: 2.0 };
         assert_eq!(blade.distance(DVec3::new(0.5, -1.0, -0.25)), 0.25);
         assert_eq!(blade.distance(DVec3::new(4.0, 0.0, 4.0)), 5.0);
+    }
+
+    #[test]
+    fn pointed_blade_distance_is_to_the_triangle() {
+        let blade = ToolShape::PointedBlade { half_width: 3.0, half_height: 2.0 };
+        assert_eq!(blade.distance(DVec3::new(0.5, 1.0, -0.25)), 0.25);
+        assert_eq!(blade.distance(DVec3::new(0.0, -5.0, 4.0)), 5.0);
+        // Beside the flank from (0, -2) to (3, 2), along its normal (4, -3) / 5 from the middle.
+        assert!((blade.distance(DVec3::new(1.5 + 0.8, -0.6, 0.0)) - 1.0).abs() < 1e-12);
     }
 
     /// Off its tip, its slant, its rim and its flat end.

@@ -95,7 +95,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
 
     // Solid tools in order.
     for (var t = 0u; t < params.tool_count; t++) {
-        if (near & ~params.blades & (1u << t)) == 0u { continue; }
+        if (near & params.solids & (1u << t)) == 0u { continue; }
         let tool = tool_now(t);
         var taken: Taken;
         let q = local_end(tool, n, vec3f(0.0));

@@ -13,10 +13,6 @@ fn place_of(tags: u32, sheet: u32) -> u32 {
     return NONE;
 }
 
-fn is_inside(t: Tool, q: vec2f) -> bool {
-    return all(abs(q) <= t.size.xy);
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
@@ -29,18 +25,19 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var packed = bitcast<u32>(velocity.w);
     for (var index = 0u; index < params.tool_count; index++) {
         let t = tool_now(index);
-        if t.shape != BLADE { continue; }
+        if !divides(t) { continue; }
         let before = local_start(t, cell, x - velocity.xyz);
         let after = local_end(t, cell, x);
-        let was_near = is_inside(t, before.xy) && abs(before.z) <= BAND;
-        let is_near = is_inside(t, after.xy) && abs(after.z) <= BAND;
-        let crosses = (before.z < 0.0) != (after.z < 0.0);
-        let foot = mix(before.xy, after.xy, before.z / select(1.0, before.z - after.z, crosses));
-        let is_swept = crosses && is_inside(t, foot);
-        let at_blade = is_near || is_swept;
+        let from_ = foot_on(t, before);
+        let to = foot_on(t, after);
+        let was_near = from_.is_inside && abs(from_.distance) <= BAND;
+        let is_near = to.is_inside && abs(to.distance) <= BAND;
+        // A wire holds nothing off, and tags nothing twice.
+        let holds = t.shape != WIRE;
+        let at_blade = is_near || (holds && is_crossed(t, before, after));
         var place = place_of(packed, t.sheet);
-        if at_blade && (!was_near || place == NONE) {
-            let taken = t.sheet | (select(1u, 255u, before.z < 0.0) << 8u);
+        if at_blade && ((holds && !was_near) || place == NONE) {
+            let taken = t.sheet | (select(1u, 255u, from_.distance < 0.0) << 8u);
             if place == NONE {
                 // The newest sheet comes first.
                 let has_first = (packed & 0xff00u) != 0u;
@@ -53,10 +50,10 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         }
         if place == NONE { continue; }
         let s = select(1.0, -1.0, ((packed >> (place + 8u)) & 255u) > 127u);
-        if at_blade && after.z * s < 0.0 {
-            x += t.end_rotation[2] * (s * SET_BACK - after.z);
+        if holds && at_blade && to.distance * s < 0.0 {
+            x += t.end_rotation * to.normal * (s * SET_BACK - to.distance);
             atomicAdd(&status.tools[index].pushed_back, 1u);
-            atomicMax(&status.tools[index].depth, bitcast<u32>(abs(after.z)));
+            atomicMax(&status.tools[index].depth, bitcast<u32>(abs(to.distance)));
         }
     }
     if any(x != start) {

@@ -40,7 +40,8 @@ fn meeting_at(s: Stencil, sheet: u32) -> Meeting {
 
 fn is_spared(sheet: u32) -> bool {
     for (var t = 0u; t < params.tool_count; t++) {
-        if (params.blades & (1u << t)) != 0u && tool_now(t).sheet == sheet { return true; }
+        let tool = tool_now(t);
+        if divides(tool) && tool.sheet == sheet { return true; }
     }
     return false;
 }
