@@ -92,6 +92,7 @@ fn run(engine: &mut dyn Engine, particles: usize, grid: i32, has_tool: bool, is_
             gravity: DVec3::new(0.0, -9.81, 0.0),
             tools: has_tool.then(|| ball.clone()).into_iter().collect(),
             volume_averaging: 0.0,
+            cutting: CuttingMethod::default(),
             seed: 0,
             validation: Validation::default(),
         };

@@ -78,6 +78,21 @@ fn published_laws_agree() {
 }
 
 #[test]
+fn cuts_as_published_agree() {
+    assert_all(common::compared(CuttingMethod::Published));
+}
+
+#[test]
+fn cuts_by_rigid_particles_agree() {
+    assert_all(common::compared(CuttingMethod::RigidParticles));
+}
+
+#[test]
+fn interactive_particles_agree() {
+    assert_all(common::compared(CuttingMethod::InteractiveParticles));
+}
+
+#[test]
 fn volume_averaging_agrees() {
     assert_all(common::averaging());
 }

@@ -1,5 +1,6 @@
 //! The f64 oracle against closed forms: free flight, rotation, waves, weight, walls, tools and cuts.
 
+use bevy_clay::sim::cutting::CuttingMethod;
 use bevy_clay::sim::engine::{FramePlan, FrameReport, Validation};
 use bevy_clay::sim::health::Health;
 use bevy_clay::sim::material::{ClayMaterial, Preset};
@@ -49,6 +50,7 @@ fn plan(oracle: &Oracle, fraction: f64, steps: u32) -> FramePlan {
         gravity: DVec3::ZERO,
         tools: Vec::new(),
         volume_averaging: 0.0,
+        cutting: CuttingMethod::default(),
         seed: 0,
         validation: Validation::default(),
     }

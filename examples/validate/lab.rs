@@ -221,6 +221,7 @@ impl Lab {
             gravity: DVec3::ZERO,
             tools: vec![],
             volume_averaging: 0.0,
+            cutting: CuttingMethod::default(),
             seed: 0,
             validation: Validation::default(),
         };

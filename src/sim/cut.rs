@@ -85,7 +85,7 @@ impl WeldRule {
     /// The rule of a plan; none if nothing grows together.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of a tag's count")]
     pub(crate) fn of(plan: &FramePlan) -> Option<Self> {
-        let (stress, time) = plan.material.weld.rule()?;
+        let (stress, time) = plan.material.weld.rule().filter(|_| plan.cutting.keeps_cuts())?;
         let stress = stress * plan.material.shear_strength();
         let step = (plan.duration() / time * WELD_PARTS).ceil().clamp(1.0, WELD_PARTS) as u8;
         stress.is_finite().then_some(Self { stress, step })

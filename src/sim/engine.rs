@@ -4,6 +4,7 @@
 //! report per plan. `surface` and `save` speak of the state at the end of the frame that the last report was about.
 
 use super::cut::SheetSet;
+use super::cutting::CuttingMethod;
 use super::gpu::GpuError;
 use super::health::Health;
 use super::material::ClayMaterial;
@@ -39,6 +40,9 @@ pub struct FramePlan {
     /// Anti-locking [-] in [0, 1): the share per substep by which the ln J of flowing particles relaxes to their cell's mean; 0 is plain MPM.
     #[serde(default)]
     pub volume_averaging: f64,
+    /// How tools act on the clay: other methods than the first are there to be compared with it.
+    #[serde(default)]
+    pub cutting: CuttingMethod,
     /// Seed of anything random in the frame.
     pub seed: u64,
     /// For validation cases only.
@@ -115,7 +119,7 @@ impl FramePlan {
                 return Err(ParamsError::new("tool id", path.id, reason));
             }
         }
-        Ok(())
+        self.cutting.validate(self)
     }
 }
 

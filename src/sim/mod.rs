@@ -76,6 +76,7 @@
 
 mod admit;
 pub mod cut;
+pub mod cutting;
 pub mod engine;
 pub mod gpu;
 pub mod health;
@@ -95,6 +96,7 @@ pub mod validation;
 
 /// What most programs need.
 pub mod prelude {
+    pub use super::cutting::CuttingMethod;
     pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;

@@ -1,5 +1,6 @@
 //! The time step: how many substeps a frame needs, and how much inertia may be scaled.
 
+use super::cutting::CuttingMethod;
 use super::engine::{FramePlan, Validation};
 use super::material::ClayMaterial;
 use super::snapshot::Snapshot;
@@ -108,6 +109,7 @@ impl StepLimits {
             gravity: self.gravity,
             tools: tools.to_vec(),
             volume_averaging: self.volume_averaging,
+            cutting: CuttingMethod::default(),
             seed: 0,
             validation: Validation::default(),
         }

@@ -202,6 +202,10 @@ fn refuse_comparisons(plan: &FramePlan) -> Result<(), ParamsError> {
         let law = format!("{:?}", plan.material.law);
         return Err(ParamsError::new("law", law, "is kept for comparison, on the native engine only"));
     }
+    if !plan.cutting.keeps_cuts() {
+        let method = format!("{:?}", plan.cutting);
+        return Err(ParamsError::new("cutting", method, "is kept for comparison, on the native engine only"));
+    }
     match plan.validation.special_input() {
         Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
         None => Ok(()),

@@ -1,9 +1,12 @@
 //! Tools as the grid meets them: in cells and substeps, at the pose of the substep's end.
 
+use super::super::engine::FramePlan;
 use super::super::params::{BLOCK, Domain};
-use super::super::tool::{BAND, Blade, Contact, Motion, Pose, Tool, ToolPath, ToolShape};
+use super::super::cutting::CuttingMethod;
+use super::super::tool::{self, BAND, Blade, Contact, Motion, Pose, SPACING, Sample, Sampled, Tool, ToolPath, ToolShape};
 use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
+use std::sync::Arc;
 
 /// One of the two ends of a substep.
 #[derive(Clone, Copy, Debug)]
@@ -13,13 +16,15 @@ pub(super) enum Moment {
 }
 
 /// One tool during one substep; lengths in cells, times in substeps.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct ToolNow {
     pub shape: ToolShape,
     pub contact: Contact,
     pub motion: Motion,
     /// What divides the clay, if the tool is a blade or a wire.
     pub blade: Option<Blade>,
+    /// The tool as particles, under the methods of others that have such.
+    pub sampled: Option<Arc<Sampled>>,
     /// The sheet that a blade cuts.
     pub sheet: u8,
     /// Speed [cells/substep] at which the surface moves along the outward normal: a growing ball of validation cases.
@@ -35,7 +40,29 @@ impl ToolNow {
         let shape = shape.scaled(1.0 / domain.cell_width);
         let growth = growth * (end - start) / domain.cell_width;
         let blade = shape.outline().map(|outline| Blade::new(outline, motion, 1.0));
-        Self { shape, contact: path.tool.contact, motion, blade, sheet: path.sheet_id(), growth }
+        Self { shape, contact: path.tool.contact, motion, blade, sampled: None, sheet: path.sheet_id(), growth }
+    }
+
+    /// The same under `method`, with its points.
+    pub(super) fn sampled(self, method: CuttingMethod, samples: &[Sample]) -> Self {
+        // An eighth of a cell, of the clay's density, weighs 1.
+        let sampled = Sampled::new(method, samples, &self.motion, 8.0 * SPACING.powi(3), |x| x);
+        Self { sampled: sampled.map(Arc::new), ..self }
+    }
+
+    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node is near it.
+    pub(super) fn side(&self, node: IVec3) -> Option<(f64, DVec3)> {
+        match &self.sampled {
+            Some(sampled) => sampled.side(node),
+            None => self.blade?.within_band(node.as_dvec3()),
+        }
+    }
+
+    /// A bound on the speed of its points [cells/substep].
+    pub(super) fn speed_max(&self) -> f64 {
+        let [a, b] = [self.motion.start, self.motion.end];
+        let turn = a.rotation.inverse() * b.rotation;
+        a.position.distance(b.position) + 2.0 * turn.xyz().length().atan2(turn.w.abs()) * self.shape.bounding_radius()
     }
 
     /// Where the tool is then.
@@ -48,10 +75,15 @@ impl ToolNow {
 
     /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.
     pub(super) fn is_near_block(&self, block: IVec3) -> bool {
+        self.is_near_block_by(block, BAND)
+    }
+
+    /// The same with `band` [cells] in place of a blade's.
+    pub(super) fn is_near_block_by(&self, block: IVec3, band: f64) -> bool {
         let half = f64::from(BLOCK) / 2.0;
         let centre = (block * BLOCK).as_dvec3() + half;
         // Half diagonal of the block with its margin and one node, and the band.
-        let reach = (half + 1.0) * 3f64.sqrt() + BAND;
+        let reach = (half + 1.0) * 3f64.sqrt() + band;
         // The tool may turn within a substep: its distance changes by less than the greater of both ends' plus the travel of its rim.
         let [a, b] = [self.motion.start, self.motion.end].map(|p| self.shape.distance(p.to_local(centre)));
         let travel = self.motion.start.position.distance(self.motion.end.position);
@@ -90,6 +122,12 @@ impl ToolNow {
     }
 }
 
+/// The points of the tools of a plan, for the methods that have such.
+pub(super) fn samples(plan: &FramePlan, domain: &Domain) -> Vec<Vec<Sample>> {
+    let of = |path: &ToolPath| tool::samples(&path.tool.shape.scaled(1.0 / domain.cell_width), SPACING);
+    if plan.cutting.keeps_cuts() { vec![] } else { plan.tools.iter().map(of).collect() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,7 +135,7 @@ mod tests {
     fn tool(contact: Contact) -> ToolNow {
         let at = |x| Pose { position: DVec3::X * x, ..Pose::default() };
         let motion = Motion { start: at(0.0), end: at(0.1), duration: 1.0 };
-        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sheet: 1, growth: 0.0 }
+        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sampled: None, sheet: 1, growth: 0.0 }
     }
 
     /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding clay go.

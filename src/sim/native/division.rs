@@ -4,6 +4,7 @@
 //! tagged by it. Clay that it has not tagged moves with the owner's side. A field is the clay that is beyond the same divisions.
 
 use super::super::cut::CutKey;
+use super::ghost::Incompatible;
 use super::special::Meeting;
 use glam::{DVec3, IVec3};
 
@@ -36,11 +37,13 @@ impl Divisions {
         for &sheet in sheets {
             let blade = meeting.tools.iter().enumerate().find(|(_, t)| t.blade.is_some() && t.sheet == sheet);
             let blade = blade.and_then(|(i, t)| {
-                let (distance, normal) = t.blade?.within_band(node.as_dvec3())?;
+                let (distance, normal) = t.side(node)?;
                 Some((i, distance, normal))
             });
             let owner = match blade {
                 Some((_, distance, _)) => Some(if distance < 0.0 { -1 } else { 1 }),
+                // No other method knows cuts without their blades.
+                None if !meeting.cutting.keeps_cuts() => None,
                 None => owner_by_mass(keys, sheet, &mass),
             };
             if let Some(owner) = owner
@@ -65,6 +68,13 @@ impl Divisions {
     /// Which divisions the clay of `key` is beyond, from their owners' sides: a bit each.
     pub(super) fn beyond(&self, key: CutKey) -> u8 {
         self.iter().enumerate().map(|(i, d)| u8::from(key.side(d.sheet) == -d.owner) << i).sum()
+    }
+
+    /// The blade, the first of the plan, that makes this node incompatible with the clay of `key`.
+    pub(super) fn incompatible(&self, key: CutKey) -> Option<Incompatible> {
+        let beyond = self.iter().filter(|d| key.side(d.sheet) == -d.owner);
+        let (tool, normal) = beyond.filter_map(|d| d.blade.map(|b| (b.0, b.2 * f64::from(-d.owner)))).min_by_key(|b| b.0)?;
+        Some(Incompatible { tool: tool as u8, normal })
     }
 
     /// The side of division `i` on which a field is.

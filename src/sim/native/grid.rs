@@ -7,6 +7,8 @@ use super::super::engine::FramePlan;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::validation::{AffineDrive, Manufactured};
+use super::contact::ToolNow;
+use super::ghost::Ghosts;
 use super::kernel::Tile;
 use super::simd::Node;
 use super::special::{self, Meeting};
@@ -66,6 +68,8 @@ pub(super) struct CutBlock {
     pub keys: Vec<CutKey>,
     /// Velocity and mass of each class.
     pub nodes: Vec<Nodes>,
+    /// Where the node is incompatible with each class, under the methods that know such; else none.
+    pub ghosts: Vec<Ghosts>,
 }
 
 /// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts are made of.
@@ -165,7 +169,20 @@ pub(super) struct GridReport {
 }
 
 impl GridReport {
-    fn add(&mut self, other: &Self) {
+    /// A report of this many tools.
+    pub(super) fn of_tools(count: usize) -> Self {
+        Self { tools: vec![Default::default(); count], ..Self::default() }
+    }
+
+    /// Gives tool `index` an impulse at `world` [cells].
+    pub(super) fn give(&mut self, index: usize, tool: &ToolNow, world: DVec3, impulse: DVec3) {
+        let sum = &mut self.tools[index];
+        sum.0 += impulse;
+        sum.1 += (world - tool.motion.end.position).cross(impulse);
+        self.impulse_scale += impulse.length();
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
         // A NaN must win: max() would drop it.
         if other.speed_max.is_nan() || other.speed_max > self.speed_max {
             self.speed_max = other.speed_max;
@@ -218,6 +235,12 @@ impl Grid {
             Some(&cut.nodes[cut.keys.binary_search(&key).ok()?])
         };
         cut.and_then(of_class).unwrap_or(&self.nodes[slot])
+    }
+
+    /// Where the nodes of a block are incompatible with the clay of `key`, if some may be.
+    pub(super) fn ghosts_of(&self, slot: usize, key: CutKey) -> Option<&Ghosts> {
+        let cut = &self.cuts[self.cut_slot.get(slot)?.checked_sub(1)? as usize];
+        cut.ghosts.get(cut.keys.binary_search(&key).ok()?)
     }
 
     /// Mass at a node, as the particles brought it, of the clay on one side of a sheet.

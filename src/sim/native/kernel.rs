@@ -379,17 +379,33 @@ fn g2p_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], co
     for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
         let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        let new = advance(step, place, &eight, cold, &got);
-        store(step, chunk, cold, &new);
-        clamped += new.update.clamped;
-        for (k, p) in cold.iter_mut().enumerate() {
-            for d in 0..3 {
-                p.velocity[d] = new.velocity[d].0[k] * step.velocity_unit;
-                for c in 0..3 {
-                    p.affine[c][d] = new.gradient[c][d].0[k] * step.rate_unit;
-                }
+        clamped += finish(step, place, &eight, chunk, cold, &got);
+    }
+    clamped
+}
+
+/// Law of eight particles; velocity and affine are stored with the rest.
+#[inline(always)]
+fn finish(step: &Step, place: &Place<'_>, eight: &Eight, chunk: &mut [Hot], cold: &mut [Cold], got: &[[Node; 8]; 4]) -> u32 {
+    let new = advance(step, place, eight, cold, got);
+    store(step, chunk, cold, &new);
+    for (k, p) in cold.iter_mut().enumerate() {
+        for d in 0..3 {
+            p.velocity[d] = new.velocity[d].0[k] * step.velocity_unit;
+            for c in 0..3 {
+                p.affine[c][d] = new.gradient[c][d].0[k] * step.rate_unit;
             }
         }
+    }
+    new.update.clamped
+}
+
+/// [`g2p`] of particles whose velocities and moments `[v, m_x, m_y, m_z]` were gathered elsewhere.
+pub(super) fn finish_gathered(step: &Step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], gathered: &[[Node; 4]]) -> u32 {
+    let mut clamped = 0;
+    for ((chunk, cold), gathered) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(gathered.chunks(8)) {
+        let got = std::array::from_fn(|c| std::array::from_fn(|k| gathered.get(k).map_or(Node([0.0; 4]), |g| g[c])));
+        clamped += finish(step, place, &load(chunk, place.origin), chunk, cold, &got);
     }
     clamped
 }

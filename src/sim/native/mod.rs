@@ -15,6 +15,7 @@
 mod averaging;
 mod contact;
 mod division;
+mod ghost;
 mod grid;
 mod kernel;
 mod law;

@@ -1,10 +1,12 @@
 //! The particle passes over all blocks: who gathers from which field and scatters to which tile.
 
 use super::super::cut::CutKey;
+use super::super::cutting::CuttingMethod;
 use super::super::material::ClayMaterial;
 use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
-use super::grid::{Grid, Tiles, local};
+use super::ghost;
+use super::grid::{Grid, GridReport, Tiles, local};
 use super::kernel::{self, Place, Step, Tile};
 use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
 use super::tags::{self, TagReport};
@@ -25,6 +27,10 @@ pub(super) struct ParticleStep<'a> {
     pub step: Step,
     pub domain: &'a Domain,
     pub material: &'a ClayMaterial,
+    /// How tools act on the clay.
+    pub cutting: CuttingMethod,
+    /// Gravity over inertia scaling [cells/substep^2].
+    pub gravity: DVec3,
     /// Tools at the substep that the gather ends.
     pub tools: &'a [ToolNow],
 }
@@ -113,35 +119,71 @@ fn arena(grid: &Grid, table: &Table, block: IVec3, key: CutKey) -> Tile {
     out
 }
 
-/// Gathers blocks for which `is_chosen`, storing velocities; then tags them if `tag` is given. Returns particles clamped and the tag reports.
+/// Calls `each` with a slot, a node of it and the node's index in the arena for the 7^3 nodes about a block.
+pub(super) fn for_arena(table: &Table, block: IVec3, mut each: impl FnMut(usize, usize, usize)) {
+    for i in 0..343 {
+        let n = IVec3::new(i / 49, i / 7 % 7, i % 7) - 1;
+        let offset = n.div_euclid(IVec3::splat(BLOCK));
+        let (Some(slot), at) = (table.slot(block + offset), n - offset * BLOCK) else { continue };
+        each(slot, local(at.x, at.y, at.z), Tile::at(n.x, n.y, n.z));
+    }
+}
+
+/// What a gather did.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// Particles clamped.
+    pub clamped: u64,
+    /// What tagging did in each block.
+    pub tags: Vec<TagReport>,
+    /// What ghosts took from the tools; empty where there are none.
+    pub ghosts: Option<GridReport>,
+}
+
+/// Gathers blocks for which `is_chosen`, storing velocities; then tags them if `tag` is given.
 pub(super) fn gather(
     s: &ParticleStep<'_>,
     state: &mut State,
     grid: &Grid,
     is_chosen: &(dyn Fn(usize) -> bool + Sync),
     tag: Option<&[ToolNow]>,
-) -> (u64, Vec<TagReport>) {
+) -> Gathered {
     let table = state.table.clone();
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     tasks.retain(|w| is_chosen(w.index));
-    let done: Vec<(u32, Option<TagReport>)> = tasks
+    let done: Vec<(u32, Option<TagReport>, Option<GridReport>)> = tasks
         .into_par_iter()
         .map(|w| {
             let mut clamped = 0;
+            let mut ghosts = s.cutting.has_ghosts().then(|| GridReport::of_tools(s.tools.len()));
             for (key, hot, cold) in w.run.classes(&mut *w.hot, &mut *w.cold) {
-                if !hot.is_empty() {
+                if let Some(report) = ghosts.as_mut().filter(|_| !key.is_untagged()) {
+                    let gathered = ghost::gather(s, (grid, &table), (w.block, key), (hot, cold), report);
+                    clamped += s.at(w.block, Moment::End, |place| kernel::finish_gathered(&s.step, place, hot, cold, &gathered));
+                } else if !hot.is_empty() {
                     let velocity = arena(grid, &table, w.block, key);
                     clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
-            (clamped, tag.map(|tools| tag_block(tools, s, w.hot, w.cold, w.run)))
+            (clamped, tag.map(|tools| tag_block(tools, s, w.hot, w.cold, w.run)), ghosts)
         })
         .collect();
-    (done.iter().map(|d| u64::from(d.0)).sum(), done.into_iter().filter_map(|d| d.1).collect())
+    let mut gathered = Gathered::default();
+    for (clamped, tags, ghosts) in done {
+        gathered.clamped += u64::from(clamped);
+        gathered.tags.extend(tags);
+        if let Some(ghosts) = ghosts {
+            gathered.ghosts.get_or_insert_with(|| GridReport::of_tools(s.tools.len())).add(&ghosts);
+        }
+    }
+    gathered
 }
 
 fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
-    let report = tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold);
+    let report = match s.cutting {
+        CuttingMethod::TwoFields => tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold),
+        method => ghost::tag(method, tools, hot, cold),
+    };
     if report.is_changed {
         *run = tags::regroup(hot, cold);
     }

@@ -1,17 +1,20 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
 
+use super::super::cutting::CuttingMethod;
 use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
 use super::super::material::{ClayLaw, ClayMaterial};
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
+use super::super::tool::BAND;
 use super::super::sums::{ParticleSums, judge};
 use super::averaging;
-use super::contact::{Moment, ToolNow};
+use super::contact::{Moment, ToolNow, samples};
+use super::ghost;
 use super::grid::{Grid, GridReport, GridStep, Tiles};
 use super::kernel::{self, Step, Working};
 use super::law::{Flow, Law};
-use super::passes::{self, ParticleStep};
+use super::passes::{self, Gathered, ParticleStep};
 use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
@@ -76,6 +79,15 @@ impl Tally {
             *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
         }
         self.speed_max = self.speed_max.max(report.speed_max);
+    }
+
+    /// Adds what a gather did; returns the greatest distance that tagging moved a particle.
+    fn add_gathered(&mut self, gathered: Gathered) -> f32 {
+        self.clamped += gathered.clamped;
+        if let Some(ghosts) = &gathered.ghosts {
+            self.add_grid(ghosts);
+        }
+        self.add_tags(&gathered.tags)
     }
 
     /// Adds the blocks' reports; returns the greatest distance a particle was moved.
@@ -148,14 +160,21 @@ impl Solver {
     fn attempt(&mut self, plan: &FramePlan, dt: f64, steps: u32, stop: &AtomicBool) -> Result<Tally, Failure> {
         let mut tally = Tally::default();
         let domain = self.domain;
+        let samples = samples(plan, &domain);
         let tools_at = |s: u32| -> Vec<ToolNow> {
             let t = f64::from(s) * dt;
-            plan.tools.iter().map(|path| ToolNow::new(path, &domain, &plan.validation, t, t + dt)).collect()
+            let now = |path| ToolNow::new(path, &domain, &plan.validation, t, t + dt);
+            if plan.cutting.keeps_cuts() {
+                return plan.tools.iter().map(now).collect();
+            }
+            plan.tools.iter().zip(&samples).map(|(path, samples)| now(path).sampled(plan.cutting, samples)).collect()
         };
         let step = self.step(plan, dt);
         let mut tools = tools_at(0);
+        let gravity = plan.gravity * (dt * dt / domain.cell_width / plan.density_scale);
         let share = |s: u32| plan.averaging_share(s, steps);
-        self.begin(&ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools }, share(0), &mut tally);
+        let first = ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+        self.begin(&first, share(0), &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
             if stop.load(Ordering::Relaxed) {
@@ -164,10 +183,10 @@ impl Solver {
             if self.travel + 1.5 * speed > MARGIN {
                 self.sort(&mut tally);
             }
-            let report = self.update_grid(&GridStep::new(plan, &domain, dt, s), &tools, &mut tally)?;
+            let particles = ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+            let report = self.update_grid(&GridStep::new(plan, &domain, dt, s), &particles, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);
-            let particles = ParticleStep { step, domain: &domain, material: &plan.material, tools: &tools };
             if s + 1 < steps {
                 let next = tools_at(s + 1);
                 self.advance(&particles, &next, share(s + 1), speed, &mut tally);
@@ -186,7 +205,8 @@ impl Solver {
             self.sort(tally);
             averaging::average_volumes(s, &mut self.state, share);
         }
-        let near = self.near_blades(s.tools);
+        // The methods that keep no cuts clear what is left of any.
+        let near = if s.cutting.keeps_cuts() { self.near_blades(s, s.tools) } else { vec![true; self.state.runs.len()] };
         let moved = tally.add_tags(&passes::tag(s, &mut self.state, &|i| near[i]));
         self.travel += moved;
         if self.travel > MARGIN {
@@ -196,15 +216,17 @@ impl Solver {
     }
 
     /// Node sums and update; sorts the particles first if the speed found would carry one off its tile.
-    fn update_grid(&mut self, step: &GridStep, tools: &[ToolNow], tally: &mut Tally) -> Result<GridReport, Failure> {
+    fn update_grid(&mut self, step: &GridStep, particles: &ParticleStep<'_>, tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
-        let domain = self.domain;
+        let (domain, tools) = (self.domain, particles.tools);
         let touching = Touching::new(&self.state, tools);
-        let meeting = Meeting { domain: &domain, tools, touching: &touching };
+        let meeting = Meeting { domain: &domain, tools, cutting: particles.cutting, touching: &touching };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));
         }
+        let ghost_speed = self.ghost_speed(particles);
+        report.speed_max = report.speed_max.max(ghost_speed);
         if report.speed_max > TRAVEL_LIMIT {
             return Err(Failure::Health(Health::SPEED));
         }
@@ -212,6 +234,7 @@ impl Solver {
             self.sort(tally);
             let touching = Touching::new(&self.state, tools);
             report = self.grid.update(&self.state, &self.tiles, step, &Meeting { touching: &touching, ..meeting });
+            report.speed_max = report.speed_max.max(ghost_speed);
         }
         tally.timings.grid += began.elapsed().as_secs_f64();
         Ok(report)
@@ -223,20 +246,18 @@ impl Solver {
         let began = Instant::now();
         self.travel += speed;
         if share > 0.0 {
-            tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
+            tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
             self.begin(&ParticleStep { tools: next, ..*s }, share, tally);
             tally.timings.particles += began.elapsed().as_secs_f64();
             return;
         }
-        let near = self.near_blades(next);
+        let near = self.near_blades(s, next);
         if near.iter().any(|n| *n) {
-            let (clamped, tags) = passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next));
-            tally.clamped += clamped;
-            self.travel += tally.add_tags(&tags);
+            self.travel += tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next)));
         }
         if self.travel > MARGIN {
             // A particle was put back further than its tile reaches.
-            tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None).0;
+            tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None));
             self.sort(tally);
             passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|_| true);
         } else {
@@ -249,7 +270,7 @@ impl Solver {
     fn end(&mut self, s: &ParticleStep<'_>, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;
-        tally.clamped += passes::gather(s, &mut self.state, &self.grid, &|_| true, None).0;
+        tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
         tally.timings.particles += began.elapsed().as_secs_f64();
     }
 
@@ -262,8 +283,18 @@ impl Solver {
         }
     }
 
-    fn near_blades(&self, tools: &[ToolNow]) -> Vec<bool> {
-        let is_near = |b: &glam::IVec3| tools.iter().any(|t| t.blade.is_some() && t.is_near_block(*b));
+    /// A bound on the velocities of ghosts [cells/substep].
+    #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
+    fn ghost_speed(&self, s: &ParticleStep<'_>) -> f32 {
+        let unit = f64::from(s.step.velocity_unit);
+        if s.cutting.has_ghosts() { ghost::speed_bound(&self.state, s.tools, unit, s.gravity) as f32 } else { 0.0 }
+    }
+
+    /// The blocks near a blade of `tools`, whose particles may take a side.
+    fn near_blades(&self, s: &ParticleStep<'_>, tools: &[ToolNow]) -> Vec<bool> {
+        let band = if s.cutting.has_ghosts() { ghost::REACH } else { BAND };
+        let has_sides = s.cutting != CuttingMethod::InteractiveParticles;
+        let is_near = |b: &glam::IVec3| has_sides && tools.iter().any(|t| t.blade.is_some() && t.is_near_block_by(*b, band));
         self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
     }
 

@@ -3,10 +3,12 @@
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
 use super::super::cut::{self, CutKey};
+use super::super::cutting::CuttingMethod;
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::contact::ToolNow;
 use super::division::{Divisions, Fields};
+use super::ghost::Ghosts;
 use super::grid::{ClassMasses, CutBlock, GridReport, GridStep, Nodes, local};
 use super::simd::Node;
 use super::touching::Touching;
@@ -17,6 +19,8 @@ use glam::{DVec3, IVec3};
 pub(super) struct Meeting<'a> {
     pub domain: &'a Domain,
     pub tools: &'a [ToolNow],
+    /// How tools act on the clay.
+    pub cutting: CuttingMethod,
     /// Where separating tools touch.
     pub touching: &'a Touching,
 }
@@ -191,6 +195,8 @@ struct Block<'a> {
     /// Impulse of tools and of other fields on the node.
     pushed: [DVec3; 64],
     is_ghost: [bool; 64],
+    /// Where nodes are incompatible with each class, under the methods that know such; else none.
+    ghosts: Vec<Ghosts>,
     /// Masses of the clay that touches separating tools.
     touching: [f32; 64],
     /// Gravity and other body forces at each node.
@@ -218,6 +224,7 @@ pub(super) fn update(
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
     b.unfold(block, step);
+    b.book_withheld(block, meeting);
     b.store(nodes, cut);
     b.report
 }
@@ -245,8 +252,17 @@ impl<'a> Block<'a> {
         let mut leader = vec![[0u8; 64]; count];
         let mut field = vec![[Sum::default(); 64]; count];
         let mut velocity = vec![[DVec3::ZERO; 64]; count];
+        let mut ghosts = vec![[None; 64]; if meeting.cutting.has_ghosts() { count } else { 0 }];
         for k in 0..64 {
             for c in 0..count {
+                if let Some(ghosts) = ghosts.get_mut(c) {
+                    ghosts[k] = divisions[k].incompatible(classes.keys[c]);
+                    if ghosts[k].is_some() {
+                        // In no field, and without a velocity.
+                        leader[c][k] = c as u8;
+                        continue;
+                    }
+                }
                 leader[c][k] = fields[k].leader(divisions[k].beyond(classes.keys[c]), c as u8);
                 let sum = &mut field[usize::from(leader[c][k])][k];
                 *sum = sum.plus(classes.folded[c][k]);
@@ -264,17 +280,28 @@ impl<'a> Block<'a> {
         let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
         let free: DVec3 = own().map(|(s, g)| s.momentum + s.mass * g).sum();
         let report = GridReport {
-            tools: vec![Default::default(); meeting.tools.len()],
             damping_impulse: free * (step.damping - 1.0),
             body_impulse: own().map(|(s, g)| s.mass * (g - step.gravity)).sum(),
-            ..GridReport::default()
+            ..GridReport::of_tools(meeting.tools.len())
         };
         let (pushed, touching) = ([DVec3::ZERO; 64], meeting.touching.of_block(block));
-        Self { classes, divisions, fields, leader, field, velocity, pushed, is_ghost, touching, gravity, mass_on, report }
+        Self { classes, divisions, fields, leader, field, velocity, pushed, is_ghost, ghosts, touching, gravity, mass_on, report }
     }
 
     /// One node: blades, the fields that kept cuts divide, then the solid tools in order.
     fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
+        match meeting.cutting {
+            CuttingMethod::TwoFields => {
+                self.between_sides(k, node, step, meeting);
+                self.with_solid_tools(k, node, meeting);
+            }
+            CuttingMethod::Published | CuttingMethod::RigidParticles => self.with_solid_tools(k, node, meeting),
+            CuttingMethod::InteractiveParticles => self.take_along(k, node, meeting),
+        }
+    }
+
+    /// Blades, then the fields that kept cuts divide.
+    fn between_sides(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
         let (world, divisions, fields) = (node.as_dvec3(), self.divisions[k], self.fields[k]);
         for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| t.blade.is_some()) {
             let Some((i, distance, front)) = divisions.of_blade(index) else { continue };
@@ -299,12 +326,50 @@ impl<'a> Block<'a> {
                 }
             }
         }
+    }
+
+    /// The solid tools in order.
+    fn with_solid_tools(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>) {
+        let (world, fields) = (node.as_dvec3(), self.fields[k]);
         for (index, tool) in meeting.tools.iter().enumerate() {
             if let Some((distance, normal)) = tool.touch(world) {
                 let share = if tool.separates() { tool::closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
                 for &(_, field) in fields.as_slice() {
                     self.touch(k, field.into(), (index, tool), world, normal, share);
                 }
+            }
+        }
+    }
+
+    /// Interactive particles: the mass of the tools takes the clay along, `v = (p + P_tool) / (m + M_tool)`.
+    fn take_along(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>) {
+        let world = node.as_dvec3();
+        let of_tool = |tool: &ToolNow| tool.sampled.as_ref().map_or((0.0, DVec3::ZERO), |s| s.mass(node));
+        let shares: Vec<(f64, DVec3)> = meeting.tools.iter().map(of_tool).collect();
+        let (mass, momentum) = shares.iter().fold((0.0, DVec3::ZERO), |sum, s| (sum.0 + s.0, sum.1 + s.1));
+        for &(_, field) in self.fields[k].as_slice() {
+            let (clay, velocity) = (self.field[usize::from(field)][k].mass, &mut self.velocity[usize::from(field)][k]);
+            if mass == 0.0 || clay <= 0.0 {
+                continue;
+            }
+            *velocity = (clay * *velocity + momentum) / (clay + mass);
+            for ((index, tool), (mass, momentum)) in meeting.tools.iter().enumerate().zip(&shares) {
+                let impulse = *momentum - *mass * *velocity;
+                self.pushed[k] += impulse;
+                self.report.give(index, tool, world, -impulse);
+                self.report.tools[index].2 += u64::from(*mass > 0.0);
+            }
+        }
+    }
+
+    /// What a class brought to nodes that are incompatible with it goes to the tools.
+    fn book_withheld(&mut self, block: IVec3, meeting: &Meeting<'_>) {
+        for (ghosts, own) in self.ghosts.iter().zip(&self.classes.own) {
+            for (k, ghost) in ghosts.iter().enumerate() {
+                let Some(ghost) = ghost.filter(|_| own[k].mass > 0.0) else { continue };
+                let (index, world) = (usize::from(ghost.tool), (block * BLOCK + offset(k)).as_dvec3());
+                self.report.give(index, &meeting.tools[index], world, own[k].momentum + own[k].mass * self.gravity[k]);
+                self.report.tools[index].2 += 1;
             }
         }
     }
@@ -363,6 +428,7 @@ impl<'a> Block<'a> {
         let mut is_at_wall = [false; 64];
         for c in self.classes.folds.iter().rev() {
             self.leader.iter_mut().for_each(|leader| leader[c.ghost] = leader[c.mirror]);
+            self.ghosts.iter_mut().for_each(|ghosts| ghosts[c.ghost] = ghosts[c.mirror]);
             for velocity in &mut self.velocity {
                 velocity[c.ghost] = c.reflect(velocity[c.mirror]);
                 velocity[c.wall] = 0.5 * (velocity[c.wall] + c.reflect(velocity[c.wall]));
@@ -383,7 +449,10 @@ impl<'a> Block<'a> {
         }
         for k in (0..64).filter(|k| is_at_wall[*k]) {
             let mut impulse = -self.pushed[k];
-            for (own, leader) in self.classes.own.iter().zip(&self.leader) {
+            for (class, (own, leader)) in self.classes.own.iter().zip(&self.leader).enumerate() {
+                if self.ghosts.get(class).is_some_and(|ghosts| ghosts[k].is_some()) {
+                    continue;
+                }
                 let Sum { mass, momentum } = own[k];
                 let free = step.damping * (momentum + mass * self.gravity[k]);
                 impulse += mass * self.velocity[usize::from(leader[k])][k] - free;
@@ -394,7 +463,10 @@ impl<'a> Block<'a> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
-    fn store(&mut self, nodes: &mut Nodes, cut: Option<&mut CutBlock>) {
+    fn store(&mut self, nodes: &mut Nodes, mut cut: Option<&mut CutBlock>) {
+        if let Some(cut) = &mut cut {
+            cut.ghosts = self.ghosts.split_off(self.ghosts.len().min(1));
+        }
         let tagged = cut.into_iter().flat_map(|cut| &mut cut.nodes);
         for (nodes, leader) in std::iter::once(nodes).chain(tagged).zip(&self.leader) {
             for k in 0..64 {

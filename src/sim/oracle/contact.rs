@@ -150,7 +150,7 @@ fn push(field: &mut Field, tool: &MovingTool, world: DVec3, after: DVec3, felt: 
 }
 
 /// Velocity [m/s] that contact with a surface moving at `surface` [m/s] leaves of `velocity` [m/s].
-fn contact_velocity(contact: Contact, velocity: DVec3, surface: DVec3, normal: DVec3) -> DVec3 {
+pub(super) fn contact_velocity(contact: Contact, velocity: DVec3, surface: DVec3, normal: DVec3) -> DVec3 {
     let relative = velocity - surface;
     let leaving = relative.dot(normal);
     match contact {

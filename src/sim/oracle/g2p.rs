@@ -6,7 +6,7 @@ use super::super::engine::FrameReport;
 use super::grid::Grid;
 use super::stencil::stencil;
 use super::tools::{Moment, Surroundings};
-use super::{Particle, law};
+use super::{Particle, ghost, law};
 use glam::{DMat3, DVec3};
 
 /// Moves the particles with the nodes.
@@ -14,7 +14,7 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
     let dt = around.plan.dt;
     let cell_width = around.domain.cell_width;
     for particle in particles {
-        (particle.velocity, particle.affine) = velocity_and_affine(particle, grid, cell_width);
+        (particle.velocity, particle.affine) = velocity_and_affine(particle, grid, around, frame);
         particle.position = around.in_room(particle.position + particle.velocity * (dt / cell_width));
 
         let material = &around.plan.material;
@@ -28,14 +28,18 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
 }
 
 /// Velocity [m/s] and affine velocity [1/s] of the clay of the particle's class at its position.
-fn velocity_and_affine(particle: &Particle, grid: &Grid, cell_width: f64) -> (DVec3, DMat3) {
+fn velocity_and_affine(particle: &Particle, grid: &Grid, around: &Surroundings, frame: &mut FrameReport) -> (DVec3, DMat3) {
     let (mut velocity, mut affine) = (DVec3::ZERO, DMat3::ZERO);
     let key = particle.key();
     for touch in stencil(particle.position) {
-        let Some(field) = grid.get(touch.node).and_then(|node| node.field(key)) else { continue };
-        let v = touch.weight * field.velocity;
+        let Some(node) = grid.get(touch.node) else { continue };
+        let v = touch.weight
+            * match node.field(key) {
+                Some(field) => field.velocity,
+                None => ghost::velocity(particle, touch, node, around, frame),
+            };
         velocity += v;
         affine += DMat3::from_cols(v * touch.arm.x, v * touch.arm.y, v * touch.arm.z);
     }
-    (velocity, affine * (4.0 / cell_width))
+    (velocity, affine * (4.0 / around.domain.cell_width))
 }

@@ -13,6 +13,7 @@
 //! | `g2p`       | nodes to particles, advection                                            | APIC                                 |
 //! | `law`       | Hencky elasticity, von Mises return                                      | Eq. 5 scales the yield stress        |
 //! | `weld`      | cuts grow together, once a frame                                         | -                                    |
+//! | `ghost`, `interactive` | the methods of others, to compare with: [`CuttingMethod`](super::cutting::CuttingMethod) | Eq. 1-3 to the letter |
 //! | `report`    | momentum, energy and volume                                              | -                                    |
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
@@ -21,7 +22,9 @@
 mod averaging;
 mod contact;
 mod g2p;
+mod ghost;
 mod grid;
+mod interactive;
 pub mod law;
 mod p2g;
 mod particle;

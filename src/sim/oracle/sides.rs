@@ -14,6 +14,8 @@ pub(super) fn divide(grid: &mut Grid, around: &Surroundings) {
         let mut sheets: Vec<u8> = node.folded.iter().flat_map(|(key, _)| key.sides()).map(|side| side.0).collect();
         sheets.sort_unstable();
         sheets.dedup();
+        // No other method knows cuts without their blades.
+        sheets.retain(|_| around.plan.cutting.keeps_cuts());
         sheets.retain(|sheet| divisions.iter().all(|d| d.sheet != *sheet));
         divisions.extend(sheets.into_iter().filter_map(|sheet| division_by_mass(node, sheet)));
         divisions.sort_by_key(|d| d.sheet);
@@ -23,10 +25,8 @@ pub(super) fn divide(grid: &mut Grid, around: &Surroundings) {
 
 /// The blades in whose bands the node stands.
 fn bands(node: IVec3, around: &Surroundings) -> Vec<Division> {
-    let world = around.domain.to_world(node.as_dvec3());
     let band = |(tool, moving): (usize, &super::tools::MovingTool)| {
-        let (distance, normal) = moving.blade?.within_band(world)?;
-        let distance = distance / around.domain.cell_width;
+        let (distance, normal) = moving.side(node, around.domain)?;
         let owner = if distance < 0.0 { -1 } else { 1 };
         Some(Division { sheet: moving.path.sheet_id(), owner, band: Some(Band { tool, distance, normal }) })
     };

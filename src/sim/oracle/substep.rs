@@ -4,11 +4,12 @@
 //! `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes node velocities; gravity, walls, the two sides of cuts and tools change them;
 //! `v_p = sum_i w_ip v_i` and `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next stress.
 
+use super::super::cutting::CuttingMethod;
 use super::super::engine::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
 use super::tools::Surroundings;
-use super::{Particle, averaging, contact, g2p, p2g, report, sides, tags, walls};
+use super::{Particle, averaging, contact, g2p, ghost, interactive, p2g, report, sides, tags, walls};
 
 /// Moves `particles` over substep `step` of the frame, of `plan.dt` [s], and adds to `frame` what happened.
 /// Returns the nodes.
@@ -16,20 +17,35 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
 
     averaging::average_volumes(particles, &around, step);
-    tags::take_sides(particles, &around, frame);
+    match plan.cutting {
+        CuttingMethod::TwoFields => tags::take_sides(particles, &around, frame),
+        _ => ghost::take_sides(particles, &around, frame),
+    }
 
     let mut grid = p2g::scatter(particles, &around);
 
     let columns = walls::fold(&mut grid, &around);
     sides::divide(&mut grid, &around);
     sides::sum_fields(&mut grid);
+    if plan.cutting.has_ghosts() {
+        ghost::withhold(&mut grid);
+    }
     walls::set_velocities(&mut grid, &around);
-    contact::between_sides(&mut grid, &around, frame);
-    contact::with_solid_tools(&mut grid, &around, frame);
+    match plan.cutting {
+        CuttingMethod::TwoFields => {
+            contact::between_sides(&mut grid, &around, frame);
+            contact::with_solid_tools(&mut grid, &around, frame);
+        }
+        CuttingMethod::Published | CuttingMethod::RigidParticles => contact::with_solid_tools(&mut grid, &around, frame),
+        CuttingMethod::InteractiveParticles => interactive::take_along(&mut grid, &around, frame),
+    }
     walls::unfold(&mut grid, &columns);
     walls::clamp(&mut grid, &around);
     walls::drive(&mut grid, &around);
     report::add_grid(frame, &grid, &around);
+    if plan.cutting.has_ghosts() {
+        ghost::book_withheld(frame, &grid, &around);
+    }
 
     g2p::gather(particles, &grid, &around, frame);
     grid

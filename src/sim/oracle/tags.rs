@@ -38,6 +38,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::cutting::CuttingMethod;
     use super::super::super::engine::{FramePlan, ToolReport, Validation};
     use super::super::super::material::ClayMaterial;
     use super::super::super::params::{Domain, Walls};
@@ -60,6 +61,7 @@ mod tests {
             gravity: DVec3::ZERO,
             tools: vec![ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
             volume_averaging: 0.0,
+            cutting: CuttingMethod::default(),
             seed: 0,
             validation: Validation::default(),
         };

@@ -2,7 +2,7 @@
 
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{Blade, Motion, ToolPath, ToolShape, particle_touch};
+use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape, particle_touch};
 use super::super::validation::Manufactured;
 use super::Particle;
 use glam::{DVec3, IVec3};
@@ -15,7 +15,7 @@ pub(super) enum Moment {
 }
 
 /// A tool in motion over the substep. Lengths are in metres here, as in the plan.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct MovingTool<'a> {
     /// The tool and its path.
     pub(super) path: &'a ToolPath,
@@ -23,6 +23,8 @@ pub(super) struct MovingTool<'a> {
     pub(super) motion: Motion,
     /// The same as a blade, if it is one.
     pub(super) blade: Option<Blade>,
+    /// The same as particles, under the methods of others that have such.
+    pub(super) sampled: Option<Sampled>,
     /// Its shape at the substep's end: the tool's own, but for a growing ball.
     shape: ToolShape,
     /// Speed [m/s] at which its surface moves along the outward normal.
@@ -37,6 +39,15 @@ impl MovingTool<'_> {
             Moment::End => self.motion.end,
         };
         self.shape.distance(pose.to_local(world))
+    }
+
+    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node is near it.
+    pub(super) fn side(&self, node: IVec3, domain: &Domain) -> Option<(f64, DVec3)> {
+        if let Some(sampled) = &self.sampled {
+            return sampled.side(node);
+        }
+        let (distance, normal) = self.blade?.within_band(domain.to_world(node.as_dvec3()))?;
+        Some((distance / domain.cell_width, normal))
     }
 
     /// Whether it is a solid tool that clay can leave.
@@ -75,7 +86,8 @@ impl<'a> Surroundings<'a> {
             let motion = path.motion(start, start + plan.dt);
             let blade = path.tool.shape.outline().map(|outline| Blade::new(outline, motion, domain.cell_width));
             let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
-            MovingTool { path, motion, blade, shape, growth }
+            let sampled = sampled(path, &motion, domain, plan);
+            MovingTool { path, motion, blade, sampled, shape, growth }
         };
         Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
@@ -131,4 +143,14 @@ impl<'a> Surroundings<'a> {
         let (low, high) = self.domain.wall_nodes();
         position.clamp(low.as_dvec3(), high.as_dvec3())
     }
+}
+
+/// The tool as particles, in the plan's method.
+fn sampled(path: &ToolPath, motion: &Motion, domain: &Domain, plan: &FramePlan) -> Option<Sampled> {
+    if plan.cutting.keeps_cuts() {
+        return None;
+    }
+    let spacing = SPACING * domain.cell_width;
+    let (samples, mass) = (tool::samples(&path.tool.shape, spacing), plan.inertial_density() * spacing.powi(3));
+    Sampled::new(plan.cutting, &samples, motion, mass, |x| domain.to_grid(x))
 }

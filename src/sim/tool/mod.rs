@@ -3,6 +3,7 @@
 mod blade;
 mod path;
 mod profile;
+mod sampled;
 mod shape;
 mod touch;
 
@@ -10,6 +11,7 @@ pub(crate) use blade::Outline;
 pub use blade::{BAND, Blade, Near, stick, traction_share};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use profile::{PROFILE_POINTS, Profile};
+pub(crate) use sampled::{SPACING, Sample, Sampled, samples};
 pub use shape::{CONTACT_OFFSET, ToolShape};
 pub(crate) use touch::spline;
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};

@@ -1,0 +1,97 @@
+//! Ghost velocities, to compare with: CPIC to the letter of Eq. 1-3, and as Hu et al. 2018 have it.
+//!
+//! A particle and a node on two sides of a blade are *incompatible*: the particle gives the node nothing (Eq. 2-3 with delta = 0) and gathers there, in the node's
+//! place, its own velocity after gravity, as the tool's contact leaves it: `v_ghost = contact(v_p + g h)`, with the surface's velocity and normal at the node. Of several
+//! blades the first of the plan acts.
+//!
+//! Newton's third law: what the node would have got goes to the tool, `w m_p (v_p + A (x_i - x_p)) + w m_p g h`, and what the particle gathers comes from it,
+//! `w m_p v_ghost`.
+
+use super::super::cut::{self, CutKey};
+use super::super::cutting::CuttingMethod;
+use super::super::engine::FrameReport;
+use super::super::snapshot::Tag;
+use super::Particle;
+use super::contact::contact_velocity;
+use super::grid::{Band, Grid, Node};
+use super::stencil::Touch;
+use super::tools::{MovingTool, Surroundings};
+use glam::DVec3;
+
+/// Particles take the sides that they have now, and keep none of blades that they are not near.
+pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
+    for particle in particles {
+        let mut tags = [Tag::default(); 2];
+        for (tool, seen) in around.tools.iter().zip(&mut frame.tools) {
+            let sheet = tool.path.sheet_id();
+            let had = particle.key().side(sheet);
+            let side = side_of(particle.position, had, tool, around);
+            if side != 0 {
+                cut::take(&mut tags, sheet, side);
+                seen.tagged += u64::from(side != had);
+            }
+        }
+        particle.tags = tags;
+    }
+}
+
+/// The side of a tool that a particle at `position` [cells] has which `had` one before; 0 for none.
+fn side_of(position: DVec3, had: i8, tool: &MovingTool, around: &Surroundings) -> i8 {
+    match around.plan.cutting {
+        CuttingMethod::Published => {
+            let near = tool.blade.and_then(|blade| blade.within_band(around.domain.to_world(position)));
+            near.map_or(0, |(distance, _)| if distance < 0.0 { -1 } else { 1 })
+        }
+        CuttingMethod::RigidParticles => {
+            let now = tool.sampled.as_ref().and_then(|sampled| sampled.colour(position));
+            now.map_or(0, |now| if had == 0 { now } else { had })
+        }
+        CuttingMethod::TwoFields | CuttingMethod::InteractiveParticles => 0,
+    }
+}
+
+/// Leaves each node to the clay that is compatible with it.
+pub(super) fn withhold(grid: &mut Grid) {
+    grid.nodes.iter_mut().for_each(|node| node.fields.retain(|field| field.beyond == 0));
+}
+
+/// The blade that makes the clay of `key` incompatible with a node, its normal towards that clay.
+fn between(node: &Node, key: CutKey) -> Option<Band> {
+    let beyond = node.divisions.iter().filter(|d| key.side(d.sheet) == -d.owner);
+    let band = beyond.filter_map(|d| d.band.map(|band| Band { normal: band.normal * f64::from(-d.owner), ..band }));
+    band.min_by_key(|band| band.tool)
+}
+
+/// Gives the tools what incompatible nodes did not get.
+pub(super) fn book_withheld(frame: &mut FrameReport, grid: &Grid, around: &Surroundings) {
+    for (coordinate, node) in grid.coordinates().zip(&grid.nodes) {
+        for (key, own) in node.classes.iter() {
+            let Some(band) = between(node, key) else { continue };
+            let weight = own.mass * around.gravity_step(coordinate);
+            frame.grid_mass += own.mass;
+            frame.gravity_impulse += weight;
+            give(frame, &around.tools[band.tool], around.domain.to_world(coordinate.as_dvec3()), band.tool, own.momentum + weight);
+            frame.tools[band.tool].contacts += 1;
+        }
+    }
+}
+
+/// Gives tool `index` an impulse [N s] at `world` [m].
+fn give(frame: &mut FrameReport, tool: &MovingTool, world: DVec3, index: usize, impulse: DVec3) {
+    let felt = &mut frame.tools[index];
+    felt.impulse += impulse;
+    felt.angular_impulse += (world - tool.motion.end.position).cross(impulse);
+    frame.impulse_scale += impulse.length();
+}
+
+/// The ghost velocity [m/s] of a particle at a node that is incompatible with it; the tool gives the momentum.
+pub(super) fn velocity(particle: &Particle, touch: Touch, node: &Node, around: &Surroundings, frame: &mut FrameReport) -> DVec3 {
+    let Some(band) = between(node, particle.key()) else { return DVec3::ZERO };
+    let tool = &around.tools[band.tool];
+    let world = around.domain.to_world(touch.node.as_dvec3());
+    let own = particle.velocity + around.gravity_step(touch.node);
+    let ghost = contact_velocity(tool.path.tool.contact, own, tool.velocity(world, band.normal), band.normal);
+    let mass = around.plan.inertial_density() * particle.rest_volume;
+    give(frame, tool, world, band.tool, -touch.weight * mass * ghost);
+    ghost
+}
