@@ -165,3 +165,84 @@ fn runs_are_bit_identical() {
     assert!(one == run(2), "one thread against two");
     assert!(one == run(1), "two runs");
 }
+
+const METHODS: [CuttingMethod; 3] =
+    [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles];
+
+/// The same of the methods of others.
+#[test]
+fn runs_of_other_methods_are_bit_identical() {
+    for method in METHODS {
+        let mut case = common::mixed();
+        case.plan.cutting = method;
+        case.plan.steps = 30;
+        let run = |threads| common::run(&mut NativeEngine::with_threads(threads), &case, 2);
+        let one = run(1);
+        assert!(one == run(2), "{method:?}: one thread against two");
+        assert!(one == run(1), "{method:?}: two runs");
+    }
+}
+
+/// What only our method knows is refused by name.
+#[test]
+fn other_methods_refuse_wires_and_validation_inputs() {
+    let s = block(IVec3::splat(4), 0.0, Walls::default(), soft());
+    let wire = Tool { shape: ToolShape::Wire { half_length: CELL }, contact: Contact::Slip };
+    for cutting in METHODS {
+        let with_wire =
+            FramePlan { cutting, tools: vec![ToolPath::still(1, wire, Pose::default())], ..plan(&s, 0.25, 1, vec![]) };
+        let validation = Validation { damping: 1.0, ..Validation::default() };
+        let with_input = FramePlan { cutting, validation, ..plan(&s, 0.25, 1, vec![]) };
+        for refused in [with_wire, with_input] {
+            assert_eq!(refused.validate().expect_err("a refusal").name, "cutting", "{cutting:?}");
+        }
+    }
+}
+
+/// One particle, weightless and at rest, before a blade that comes on: its ghost at the nodes beyond the blade has the blade's velocity, its own nodes none.
+#[test]
+fn ghosts_move_with_the_blade() {
+    let mut s = block(IVec3::splat(4), 0.0, Walls::default(), soft());
+    s.particles.truncate(1);
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.2, 5.4, 7.6);
+    s.particles[0].set_grid(at);
+    let blade = Tool { shape: ToolShape::Blade { half_width: 4.1 * CELL, half_height: 4.2 * CELL }, contact: common::SEPARATE };
+    for cutting in [CuttingMethod::Published, CuttingMethod::RigidParticles] {
+        let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
+        let from = at - DVec3::Z * 0.35;
+        p.tools = vec![moving(&s, &p, blade, from, from + DVec3::Z * 0.05, DQuat::IDENTITY)];
+        let mut oracle = Oracle::new(&s);
+        let report = oracle.run(&p);
+        // Only the lowest of the three layers of nodes, 0.6 cells below the particle, is behind the blade.
+        let speed = 0.5 * 0.9 * 0.9 * 0.05 * CELL / p.dt;
+        assert!(
+            (oracle.particles[0].velocity - DVec3::Z * speed).length() < 1e-6 * speed,
+            "{cutting:?}: {}",
+            oracle.particles[0].velocity
+        );
+        let mass = s.material.density * f64::from(s.particles[0].rest_volume);
+        assert!((report.tools[0].impulse + DVec3::Z * mass * speed).length() < 1e-6 * mass * speed, "{cutting:?}");
+        assert_eq!(oracle.particles[0].tags[0].side, 1, "{cutting:?}");
+        oracle.run(&FramePlan { tools: vec![], ..p });
+        assert_eq!(oracle.particles[0].tags, [Tag::default(); 2], "{cutting:?}: nothing is kept");
+    }
+}
+
+/// Deep inside a tool of interactive particles a node of mass m has been given `rho dx^3 V / (m + rho dx^3)` by the tool.
+#[test]
+fn interactive_particles_share_their_velocity() {
+    let s = block(IVec3::splat(10), 2.0, Walls::default(), soft());
+    let cutting = CuttingMethod::InteractiveParticles;
+    let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 7.0, 11.0);
+    let tool = Tool { shape: ToolShape::Box { half_size: DVec3::splat(3.0 * CELL) }, contact: Contact::Slip };
+    p.tools = vec![moving(&s, &p, tool, at, at + DVec3::X * 0.05, DQuat::IDENTITY)];
+    let whole = s.material.density * CELL.powi(3);
+    let nodes = Oracle::new(&s).trace(&p);
+    let inner: Vec<_> = nodes.iter().filter(|n| (n.node.as_dvec3() - at).abs().max_element() < 1.5).collect();
+    assert_eq!(inner.len(), 27);
+    for n in inner {
+        let shared = DVec3::X * (whole / (n.mass + whole) * 0.05 * CELL / p.dt);
+        assert!((n.velocity - shared).length() < 1e-9 * shared.length(), "{}: {} {}", n.node, n.velocity, shared);
+    }
+}

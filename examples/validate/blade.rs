@@ -10,33 +10,53 @@ use glam::{DQuat, DVec3, IVec3};
 use std::f64::consts::FRAC_PI_2;
 
 /// Blade with its front along +x.
-fn along_x() -> DQuat {
+pub(crate) fn along_x() -> DQuat {
     DQuat::from_rotation_y(FRAC_PI_2)
 }
 
 /// Depth beyond the blade's plane from which a particle counts as through [cells]: clay pressed against the blade stands
 /// up to a substep's travel behind it until the next substep puts it back.
-const DEPTH: f64 = 0.1;
+pub(crate) const DEPTH: f64 = 0.1;
 
 /// Counts particles that go through the rectangle, from positions alone.
-struct Witness {
+pub(crate) struct Witness {
     half_width: f64,
     half_height: f64,
     depth: f64,
     /// Side of the plane on which each particle last was clear of it; 0 beside the rectangle.
     side: Vec<i8>,
+    /// Side on which each first was clear of it since it last was beside the rectangle, and the greatest depth beyond the plane from there.
+    home: Vec<(i8, f64)>,
+    is_through: Vec<bool>,
     leaked: usize,
 }
 
 impl Witness {
+    /// For `count` particles and a rectangle; one is through from `depth` beyond the plane. All in the unit of the places to be watched.
+    pub(crate) fn new(half_width: f64, half_height: f64, depth: f64, count: usize) -> Self {
+        let (side, home, is_through) = (vec![0; count], vec![(0, 0.0); count], vec![false; count]);
+        Self { half_width, half_height, depth, side, home, is_through, leaked: 0 }
+    }
+
+    /// Whether the particle ever went through.
+    pub(crate) fn is_through(&self, index: usize) -> bool {
+        self.is_through[index]
+    }
+
+    /// How far the particle ever was behind the rectangle, seen from where it came.
+    pub(crate) fn depth(&self, index: usize) -> f64 {
+        self.home[index].1
+    }
+
     fn is_inside(&self, q: DVec3) -> bool {
         q.x.abs() <= self.half_width && q.y.abs() <= self.half_height
     }
 
     /// Watches one frame of one substep in which a particle went from `before` to `after`, both in the blade's frame then [m]. If the
     /// engine cut the frame into several (`is_cut_up`), the way between is not known, and only what ends at the rectangle is counted.
-    fn watch(&mut self, index: usize, before: DVec3, after: DVec3, is_cut_up: bool) {
+    pub(crate) fn watch(&mut self, index: usize, before: DVec3, after: DVec3, is_cut_up: bool) {
         let sign = |q: DVec3| if q.z < 0.0 { -1 } else { 1 };
+        self.measure(index, before, after);
         if !self.is_inside(before) {
             self.side[index] = 0;
         } else if before.z.abs() > self.depth {
@@ -52,7 +72,21 @@ impl Witness {
         };
         if after.z.abs() > self.depth && from * sign(after) < 0 {
             self.leaked += 1;
+            self.is_through[index] = true;
             self.side[index] = sign(after);
+        }
+    }
+
+    /// Notes how far a particle is behind the rectangle.
+    fn measure(&mut self, index: usize, before: DVec3, after: DVec3) {
+        let (home, depth) = &mut self.home[index];
+        if before.x.abs() > self.half_width || before.y.abs() > self.half_height {
+            *home = 0;
+        } else if *home == 0 && before.z.abs() > self.depth {
+            *home = if before.z < 0.0 { -1 } else { 1 };
+        }
+        if after.x.abs() <= self.half_width && after.y.abs() <= self.half_height {
+            *depth = depth.max(-after.z * f64::from(*home));
         }
     }
 }
@@ -83,8 +117,7 @@ fn sweep(travel: f64, seed: u64) -> Sweep {
     mover.velocity = DVec3::X * travel * domain.cell_width / lab.plan.dt;
     let (half_width, half_height) = (3.0 * domain.cell_width, 6.0 * domain.cell_width);
     let mut before = lab.particles();
-    let mut witness =
-        Witness { half_width, half_height, depth: DEPTH * domain.cell_width, side: vec![0; before.len()], leaked: 0 };
+    let mut witness = Witness::new(half_width, half_height, DEPTH * domain.cell_width, before.len());
     let (mut given_up, mut ratio) = (0, (f64::INFINITY, 0.0f64));
     let steps = (16.0 / travel).ceil() as u32;
     for _ in 0..steps {
@@ -122,41 +155,70 @@ pub(crate) fn leak(size: Size) -> Vec<Row> {
     rows
 }
 
-/// A block is cut through, the blade is taken away, and the halves are pulled apart.
-pub(crate) fn withdrawn(_: Size) -> Vec<Row> {
-    let domain = room([32, 16, 16], Wall::Separate);
-    let material = elastic(0.3);
-    let particles = block(DVec3::new(11.0, 4.0, 4.0), IVec3::new(10, 8, 8));
-    let dt = wave_step(&material, 0.4);
-    let mut lab = Lab::new(&snapshot(domain, material, particles), dt);
-    let shape = ToolShape::Blade { half_width: 7.0, half_height: 7.0 };
-    let at = DVec3::new(16.1, 8.0, 8.0);
-    let mut mover = Mover::new(&domain, shape, Contact::default(), at, along_x());
-    lab.frame_moving(20, &mut mover);
-    let cut = lab.particles();
-    // Half a lattice spacing either side of the plane: every particle is clearly on one side.
-    let is_front = |p: &Particle| place(p).x > at.x;
-    let speed = 0.01 * material.wave_speed(material.density);
-    let pull = |clay: &[Particle], keeps_tags: bool| {
+/// A block that is cut through, and what its halves keep of their momentum when they are pulled apart.
+struct Halves {
+    domain: Domain,
+    material: ClayMaterial,
+    dt: f64,
+    /// The blade's plane [cells].
+    at: DVec3,
+    /// The clay when the blade has been in it.
+    cut: Vec<Particle>,
+    cutting: CuttingMethod,
+}
+
+/// Momentum of a half after the blade has left and the halves were pulled apart, of that which they were given.
+pub(crate) fn kept_when_pulled(cutting: CuttingMethod) -> f64 {
+    let halves = Halves::new(cutting);
+    halves.pull(&halves.cut).0
+}
+
+impl Halves {
+    fn new(cutting: CuttingMethod) -> Self {
+        let domain = room([32, 16, 16], Wall::Separate);
+        let material = elastic(0.3);
+        let particles = block(DVec3::new(11.0, 4.0, 4.0), IVec3::new(10, 8, 8));
+        let dt = wave_step(&material, 0.4);
+        let mut lab = Lab::new(&snapshot(domain, material, particles), dt);
+        lab.plan.cutting = cutting;
+        let shape = ToolShape::Blade { half_width: 7.0, half_height: 7.0 };
+        let at = DVec3::new(16.1, 8.0, 8.0);
+        let mut mover = Mover::new(&domain, shape, Contact::default(), at, along_x());
+        lab.frame_moving(20, &mut mover);
+        Self { domain, material, dt, at, cut: lab.particles(), cutting }
+    }
+
+    /// Half a lattice spacing either side of the plane: every particle is clearly on one side.
+    fn is_front(&self, p: &Particle) -> bool {
+        place(p).x > self.at.x
+    }
+
+    /// Pulls at clay that stands as the cut one does: what the front half keeps of its momentum, and the clay afterwards.
+    fn pull(&self, clay: &[Particle]) -> (f64, Vec<Particle>) {
+        let speed = 0.01 * self.material.wave_speed(self.material.density);
         let mut clay = clay.to_vec();
         for p in &mut clay {
-            set_velocity(p, DVec3::X * if is_front(p) { speed } else { -speed });
-            if !keeps_tags {
-                p.tags = Default::default();
-            }
+            set_velocity(p, DVec3::X * if self.is_front(p) { speed } else { -speed });
         }
-        let mut lab = Lab::new(&snapshot(domain, material, clay.clone()), dt);
+        let mut lab = Lab::new(&snapshot(self.domain, self.material, clay.clone()), self.dt);
+        lab.plan.cutting = self.cutting;
         lab.frame(400);
         let after = lab.particles();
-        let front: f64 = clay.iter().zip(&after).filter(|(a, _)| is_front(a)).map(|(_, b)| velocity(b).x).sum();
-        let kept = front / (speed * clay.iter().filter(|p| is_front(p)).count() as f64);
-        let tags_lost = cut.iter().zip(&after).filter(|(a, b)| a.tags != b.tags).count();
-        (kept, tags_lost)
-    };
-    let (kept, tags_lost) = pull(&cut, true);
-    let (whole, _) = pull(&cut, false);
+        let front: f64 = clay.iter().zip(&after).filter(|(a, _)| self.is_front(a)).map(|(_, b)| velocity(b).x).sum();
+        (front / (speed * clay.iter().filter(|p| self.is_front(p)).count() as f64), after)
+    }
+}
+
+/// A block is cut through, the blade is taken away, and the halves are pulled apart.
+pub(crate) fn withdrawn(_: Size) -> Vec<Row> {
+    let halves = Halves::new(CuttingMethod::default());
+    let (cut, at) = (&halves.cut, halves.at);
+    let (kept, after) = halves.pull(cut);
+    let tags_lost = cut.iter().zip(&after).filter(|(a, b)| a.tags != b.tags).count();
+    let untagged = |p: &Particle| Particle { tags: Default::default(), ..*p };
+    let (whole, _) = halves.pull(&cut.iter().map(untagged).collect::<Vec<_>>());
     let band = |p: &Particle| (place(p).x - at.x).abs() < 1.4;
-    let wrong = cut.iter().filter(|p| band(p) && p.tags[0].side != if is_front(p) { 1 } else { -1 }).count();
+    let wrong = cut.iter().filter(|p| band(p) && p.tags[0].side != if halves.is_front(p) { 1 } else { -1 }).count();
     vec![
         Row::at_most("blade withdrawn: particles in its band on no or the wrong side", wrong as f64, "particles", 0.0),
         Row::at_most("blade withdrawn: tags changed while pulled apart", tags_lost as f64, "particles", 0.0),

@@ -15,15 +15,19 @@ pub(crate) type Lines = (&'static str, Vec<String>);
 pub(crate) fn line(case: &str, row: &Row, known: &[KnownMiss], run: &str) -> String {
     let evidence = evidence::of(EVIDENCE, case, &row.case);
     let mark = match judge(row, known) {
-        Verdict::Pass => "",
+        Verdict::Pass | Verdict::Figure => "",
         Verdict::Miss(_) => " (known miss)",
         Verdict::Fail(_) => " (**fails**)",
     };
-    let bound = if row.bound == Bound::Max { "<=" } else { ">=" };
     let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
     let [exact, published] = evidence.map_or(["", ""], |e| [e.exact, e.published]);
     let (ours, limit) = (figure(row.value), figure(row.limit));
-    format!("| {case} | {} | {exact} | {ours}{mark} | {bound} {limit}{unit} | {published} | {run} |", row.case)
+    let limit = match row.bound {
+        Bound::Max => format!("<= {limit}{unit}"),
+        Bound::Min => format!(">= {limit}{unit}"),
+        Bound::None => format!("none [{}]", row.unit),
+    };
+    format!("| {case} | {} | {exact} | {ours}{mark} | {limit} | {published} | {run} |", row.case)
 }
 
 /// The section with the lines of `found` in place of those of the same cases in the `old` one. `origin` says how the new lines were made.

@@ -99,6 +99,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("blade leak", "blade leak: least J", ""),
     exact("blade leak", "blade leak: greatest J", ""),
     exact("blade withdrawn", "", "a cut bears no tension"),
+    exact("cut methods", "", ""),
+    exact("cut methods", "cut methods, ours", "nothing passes"),
     exact("blade at rest", "", "nothing changes sides"),
     compared("creep", "", "`u = v t`", "positions from the grid's origin in f32: does not move at all"),
     exact("shift", "", "the same bits"),

@@ -25,6 +25,7 @@ mod lab;
 mod law;
 mod machine;
 mod manufactured;
+mod methods;
 mod motion;
 mod paths;
 mod prandtl;
@@ -155,6 +156,7 @@ const CASES: &[Case] = &[
     stability("blade leak", blade::leak),
     stability("blade withdrawn", blade::withdrawn),
     stability("blade at rest", blade::at_rest),
+    Case { is_native_only: true, ..stability("cut methods", methods::compared) },
     stability("closed cut", cut::closed),
     stability("welded cut", cut::welded),
     stability("creep", storage::creep),
@@ -300,14 +302,19 @@ fn origin() -> String {
 
 /// Prints a row with its verdict; false if the row fails the run.
 fn print_row(row: &Row, known: &[KnownMiss]) -> bool {
-    let sign = if row.bound == report::Bound::Max { "<=" } else { ">=" };
     let verdict = judge(row, known);
     let text = match verdict {
         Verdict::Pass => "ok".to_owned(),
+        Verdict::Figure => "measured".to_owned(),
         Verdict::Miss(reason) => format!("MISS (known): {reason}"),
         Verdict::Fail(reason) => format!("FAIL: {reason}"),
     };
-    println!("{:64} {:>12.4e} {sign} {:>10.3e} {:12} {text}", row.case, row.value, row.limit, row.unit);
+    let limit = match row.bound {
+        report::Bound::Max => format!("<= {:>10.3e}", row.limit),
+        report::Bound::Min => format!(">= {:>10.3e}", row.limit),
+        report::Bound::None => format!("{:13}", ""),
+    };
+    println!("{:64} {:>12.4e} {limit} {:12} {text}", row.case, row.value, row.unit);
     !matches!(verdict, Verdict::Fail(_))
 }
 

@@ -6,8 +6,8 @@ use super::super::health::Health;
 use super::super::material::{ClayLaw, ClayMaterial};
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
-use super::super::tool::BAND;
 use super::super::sums::{ParticleSums, judge};
+use super::super::tool::BAND;
 use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
@@ -173,7 +173,8 @@ impl Solver {
         let mut tools = tools_at(0);
         let gravity = plan.gravity * (dt * dt / domain.cell_width / plan.density_scale);
         let share = |s: u32| plan.averaging_share(s, steps);
-        let first = ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+        let first =
+            ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
         self.begin(&first, share(0), &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
@@ -183,7 +184,8 @@ impl Solver {
             if self.travel + 1.5 * speed > MARGIN {
                 self.sort(&mut tally);
             }
-            let particles = ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+            let particles =
+                ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
             let report = self.update_grid(&GridStep::new(plan, &domain, dt, s), &particles, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);

@@ -70,7 +70,13 @@ pub(super) fn book_withheld(frame: &mut FrameReport, grid: &Grid, around: &Surro
             let weight = own.mass * around.gravity_step(coordinate);
             frame.grid_mass += own.mass;
             frame.gravity_impulse += weight;
-            give(frame, &around.tools[band.tool], around.domain.to_world(coordinate.as_dvec3()), band.tool, own.momentum + weight);
+            give(
+                frame,
+                &around.tools[band.tool],
+                around.domain.to_world(coordinate.as_dvec3()),
+                band.tool,
+                own.momentum + weight,
+            );
             frame.tools[band.tool].contacts += 1;
         }
     }

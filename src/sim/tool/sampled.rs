@@ -8,6 +8,9 @@ use std::collections::HashMap;
 /// Greatest distance between neighbouring points [cells]: with half a cell, the 3^3 nodes of the points of a plane leave no hole, and one layer is closed.
 pub(crate) const SPACING: f64 = 0.5;
 
+/// Distances that differ by less are equal [cells].
+const TIE: f64 = 1e-9;
+
 /// A point of a tool in its own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
@@ -91,7 +94,8 @@ impl Sampled {
                         let way = node.as_dvec3() - at;
                         let distance = if way.dot(normal) < 0.0 { -way.length() } else { way.length() };
                         let nearest = sides.entry(node).or_insert((distance, normal));
-                        if distance.abs() < nearest.0.abs() {
+                        // Of several that are as near the first, whatever the last bit says.
+                        if distance.abs() < nearest.0.abs() - TIE {
                             *nearest = (distance, normal);
                         }
                     }
@@ -168,9 +172,15 @@ mod tests {
             let distance = f64::from(z) - at.z;
             let side = sides.side(IVec3::new(10, 11, z));
             assert_eq!(side.is_some(), distance.abs() <= BAND, "{z}");
-            assert!(side.is_none_or(|s| s.0.signum() == distance.signum() && (s.0.abs() - distance.abs()).abs() < 0.1), "{z}: {side:?}");
+            assert!(
+                side.is_none_or(|s| s.0.signum() == distance.signum() && (s.0.abs() - distance.abs()).abs() < 0.1),
+                "{z}: {side:?}"
+            );
         }
-        assert_eq!((sides.colour(at + DVec3::Z * 0.3), sides.colour(at - DVec3::Z), sides.colour(at + DVec3::Z * 4.0)), (Some(1), Some(-1), None));
+        assert_eq!(
+            (sides.colour(at + DVec3::Z * 0.3), sides.colour(at - DVec3::Z), sides.colour(at + DVec3::Z * 4.0)),
+            (Some(1), Some(-1), None)
+        );
     }
 
     /// The points of a ball have its volume, those of a pointed blade are inside its outline, and mass and momentum reach the nodes whole.
