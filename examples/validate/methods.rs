@@ -17,7 +17,7 @@ const METHODS: [(CuttingMethod, &str); 4] = [
 /// How far the blade goes [cells].
 const WAY: f64 = 16.0;
 /// Half the blade's width and height [cells].
-const HALF: (f64, f64) = (2.0, 6.0);
+const HALF: (f64, f64) = (1.5, 6.0);
 
 /// What a sweep left.
 struct Sweep {
@@ -32,16 +32,16 @@ struct Sweep {
 
 /// A lab with a block that fills a channel, and the blade in it.
 fn channel(method: CuttingMethod, seed: u64, threads: usize) -> (Lab, Mover) {
-    let domain = room([40, 20, 8], Wall::Slip);
+    let domain = room([40, 20, 6], Wall::Slip);
     let material = ClayMaterial { poisson_ratio: 0.3, ..Preset::SoftClay.material() };
-    let mut particles = block(DVec3::new(6.0, 0.0, 0.0), IVec3::new(28, 16, 8));
+    let mut particles = block(DVec3::new(6.0, 0.0, 0.0), IVec3::new(24, 16, 6));
     jitter(&mut particles, 0.1, seed);
     let (low, high) = domain.wall_nodes();
     particles.iter_mut().for_each(|p| p.set_grid(p.grid().clamp(low.as_dvec3(), high.as_dvec3())));
     let mut lab = Lab::with_threads(&snapshot(domain, material, particles), wave_step(&material, 0.4), threads);
     lab.plan.cutting = method;
     let shape = ToolShape::Blade { half_width: HALF.0, half_height: HALF.1 };
-    let at = DVec3::new(11.03 + 0.3 * Random::new(seed).next(), 8.0, 4.0);
+    let at = DVec3::new(11.03 + 0.3 * Random::new(seed).next(), 8.0, 3.0);
     let mover = Mover::new(&domain, shape, Contact::Separate { friction: 0.0 }, at, along_x());
     (lab, mover)
 }
