@@ -71,6 +71,25 @@
 //!    `D` before; then `1 - D *= exp(-rate a)`, `D *= exp(-h / rest_time)`. Eigenvalues of `b` are clamped to
 //!    `[0.05^2, 20^2]` and counted.
 //!
+//! # The methods of others
+//!
+//! For comparison, [`cutting`](engine::FramePlan::cutting) replaces parts of the above, on the native engine and the oracle. None keeps a cut without its blade and none knows wires;
+//! sides of a blade stand in the tags while they last. What is not named here stays: walls, gravity, law and, but for the last method, solid tools.
+//!
+//! - **As published and by rigid particles** ([`CuttingMethod::Published`](cutting::CuttingMethod), `RigidParticles`).
+//!   1. Sides of nodes: as published, as in 3.2 within the band of a blade. By rigid particles: the blade at its pose of `t + h` is a layer of points at most half a cell apart, its rim among
+//!      them; a node that is among the 3^3 about a point has the distance of the nearest, and its sign along that point's normal.
+//!   2. Sides of particles, in place of 1.: as published, the sign of `Blade::within_band` of `x` at `t + h`, none outside. By rigid particles: `sign(sum w T |d|)` over the nodes of `x` that
+//!      have a side, kept from then on as long as any of them has one.
+//!   3. A class that a blade divides from a node (side against side, Eq. 1) is *incompatible* with it: of its mass and momentum the node gets nothing (Eq. 2-3). The other classes are one field; blades
+//!      do not act on it, nor does 3.4.
+//!   4. In 4. a particle gathers at an incompatible node its ghost velocity, the contact of 3.5 of `v + g h (rho / rho_s)` with the blade: its velocity at the node, its normal there towards the
+//!      particle. Of several blades between them, the first of the plan.
+//!   5. The blade feels `w m_p (v + A (x_i - x_p) dx) + w m_p g h (rho / rho_s) - w m_p v_ghost` at each of them. At folded columns a ghost node's blade is its mirror's.
+//! - **Interactive particles** (`InteractiveParticles`). Every tool is points, a blade one layer of them and a solid a lattice with half a cell between them, of `rho_s dx^3 / 8` each, where it
+//!   is at `t`, moving to where it is at `t + h`. In place of 3.4 and 3.5, all tools at once: `v = (p + P_tool) / (m + M_tool)` at nodes that are no folded ghosts, p and m the clay's of folded
+//!   sums after 3.3. A tool gives `P_tool - M_tool v`. Its points are not folded at walls.
+//!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
 //! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 

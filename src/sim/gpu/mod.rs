@@ -308,3 +308,22 @@ impl Engine for GpuEngine {
         self.pending
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cutting::CuttingMethod;
+    use super::super::material::ClayMaterial;
+    use super::super::plan::StepLimits;
+    use super::*;
+
+    /// The methods of others are refused by name, ours is not.
+    #[test]
+    fn other_methods_of_cutting_are_refused() {
+        let mut plan = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
+        assert!(refuse_comparisons(&plan).is_ok());
+        for method in [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles] {
+            plan.cutting = method;
+            assert_eq!(refuse_comparisons(&plan).expect_err("a refusal").name, "cutting");
+        }
+    }
+}
