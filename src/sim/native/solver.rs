@@ -82,7 +82,7 @@ impl Tally {
     }
 
     /// Adds what a gather did; returns the greatest distance that tagging moved a particle.
-    fn add_gathered(&mut self, gathered: Gathered) -> f32 {
+    fn add_gathered(&mut self, gathered: &Gathered) -> f32 {
         self.clamped += gathered.clamped;
         if let Some(ghosts) = &gathered.ghosts {
             self.add_grid(ghosts);
@@ -248,18 +248,18 @@ impl Solver {
         let began = Instant::now();
         self.travel += speed;
         if share > 0.0 {
-            tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
+            tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
             self.begin(&ParticleStep { tools: next, ..*s }, share, tally);
             tally.timings.particles += began.elapsed().as_secs_f64();
             return;
         }
         let near = self.near_blades(s, next);
         if near.iter().any(|n| *n) {
-            self.travel += tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next)));
+            self.travel += tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|i| near[i], Some(next)));
         }
         if self.travel > MARGIN {
             // A particle was put back further than its tile reaches.
-            tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None));
+            tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None));
             self.sort(tally);
             passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|_| true);
         } else {
@@ -272,7 +272,7 @@ impl Solver {
     fn end(&mut self, s: &ParticleStep<'_>, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;
-        tally.add_gathered(passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
+        tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
         tally.timings.particles += began.elapsed().as_secs_f64();
     }
 
