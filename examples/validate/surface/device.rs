@@ -5,7 +5,7 @@ use bevy_clay::sim::engine::SurfaceSource;
 use bevy_clay::sim::gpu::{GpuDevice, GpuError};
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
-use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
+use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
 use bevy_clay::surface::mesh::Mesh;
 use glam::{IVec3, Vec3};
 use std::collections::{HashMap, HashSet};
@@ -81,6 +81,7 @@ const FIRST: (u32, u32) = (5, 6);
 pub(crate) struct Run<'a> {
     device: &'a Device,
     surface: GpuSurface,
+    readback: StatusReadback,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     pub(crate) capacity: (u32, u32),
@@ -102,6 +103,11 @@ impl Device {
         self.run_of(surface)
     }
 
+    /// The device itself.
+    pub(crate) fn gpu(&self) -> GpuDevice {
+        self.gpu.clone()
+    }
+
     /// Whether the device draws in software.
     pub(crate) fn is_software(&self) -> bool {
         self.gpu.is_software()
@@ -111,7 +117,7 @@ impl Device {
         let capacity = (60_000, 240_000);
         let vertices = self.buffer(4 * u64::from(VERTEX_WORDS * (FIRST.0 + capacity.0)));
         let indices = self.buffer(4 * u64::from(FIRST.1 + capacity.1));
-        Run { device: self, surface, vertices, indices, capacity }
+        Run { device: self, surface, readback: StatusReadback::new(&self.gpu.device), vertices, indices, capacity }
     }
 
     /// One frame of a clay of its own, with its fields.
@@ -189,15 +195,26 @@ impl Run<'_> {
 
     /// Runs the passes once.
     pub(crate) fn frame(&mut self, source: &SurfaceSource, is_forced: bool) -> Output {
-        let gpu = &self.device.gpu;
         let count = source.particles.len() as u32;
         let particles = self.device.buffer(24 * u64::from(count.max(1)));
-        gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+        self.device.gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+        self.frame_of((&particles, count), is_forced)
+    }
+
+    /// Runs the passes once, on particles that are on the device.
+    pub(crate) fn frame_of(&mut self, (particles, count): (&wgpu::Buffer, u32), is_forced: bool) -> Output {
+        let gpu = &self.device.gpu;
         let target = target(&self.vertices, &self.indices, self.capacity);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.surface.encode(&gpu.queue, &mut encoder, (&particles, count), &target, is_forced);
+        self.surface.encode(&gpu.queue, &mut encoder, (particles, count), &target, is_forced);
+        self.readback.encode(&mut encoder, &self.surface);
+        // Asked for twice, it comes once.
+        self.readback.encode(&mut encoder, &self.surface);
         gpu.queue.submit([encoder.finish()]);
-        let status = self.device.status(&self.surface);
+        self.readback.submitted();
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+        let status = self.readback.take().expect("a status");
+        assert_eq!((self.readback.take(), self.device.status(&self.surface)), (None, status));
         let vertices = self.device.read(&self.vertices).split_off((VERTEX_WORDS * FIRST.0) as usize);
         let indices = self.device.read(&self.indices).split_off(FIRST.1 as usize);
         output(status, vertices, indices)
