@@ -98,12 +98,6 @@ impl GpuLink {
         })
     }
 
-    /// The surface particles (24 bytes each) as the last frame that ran to its end leaves them, and how many: for passes that are recorded after
-    /// [`Self::encode`]. `None` before clay is loaded. Loading makes another buffer.
-    pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {
-        lock(&self.shared.solver).as_ref().map(Solver::surface_particles)
-    }
-
     /// To be called after the encoder's commands were submitted.
     pub fn submitted(&self) {
         if let Some(solver) = lock(&self.shared.solver).as_mut()

@@ -177,8 +177,6 @@ impl Solver {
         buffers::check_limits(&device.limits(), count, &domain, size)?;
         let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
         queue.write_buffer(&made.records[0], 0, bytemuck::cast_slice(&particles));
-        let surface = particles.iter().map(|p| super::report::surface_particle(p, domain.cell_width));
-        queue.write_buffer(&made.surface, 0, bytemuck::cast_slice(&surface.collect::<Vec<_>>()));
         let mass_unit = mass_unit(&domain);
         let forecast = super::report::forecast(&snapshot.material, &domain, &particles, mass_unit);
         Ok(Self {
@@ -212,11 +210,6 @@ impl Solver {
             spare: None,
             unsubmitted: None,
         })
-    }
-
-    /// The surface particles that the last frame left, and how many.
-    pub(super) fn surface_particles(&self) -> (wgpu::Buffer, u32) {
-        (self.buffers.surface.clone(), self.buffers.particle_count)
     }
 
     /// The clay at the end of the last reported frame.
