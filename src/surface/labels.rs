@@ -72,6 +72,9 @@ impl Rules {
 
     /// Value of a side at a node from which `other` is kept apart; `at_cut` = P + M.
     pub(crate) fn side_value(&self, total: f32, at_cut: f32, other: f32) -> f32 {
+        if other == 0.0 {
+            return total;
+        }
         let share = match self.method {
             CutMethod::TwoSided => blend(at_cut / total),
             CutMethod::Equation9 => 1.0,
