@@ -168,6 +168,7 @@ const CASES: &[Case] = &[
     surface_case("random fields", surface::random_fields),
     surface_case("cuts", surface::cuts),
     surface_case("meeting cuts", surface::meeting_cuts),
+    surface_case("settled cuts", surface::settled_cuts),
     surface_case("sphere", surface::sphere),
     surface_case("clusters", surface::clusters),
     surface_case("surface in motion", surface::motion),
