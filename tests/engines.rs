@@ -7,7 +7,7 @@ use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::oracle::Oracle;
 use bevy_clay::sim::validation::{AffineDrive, Manufactured};
 use common::{Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};
-use glam::{DMat3, DQuat, DVec3, IVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3, IVec3};
 use std::f64::consts::PI;
 
 fn assert_all(cases: Vec<Agreement>) {
@@ -77,19 +77,52 @@ fn published_laws_agree() {
     assert_all(all.into_iter().map(|(name, l)| common::pressed(name, law(l), 0.0)).collect());
 }
 
+/// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
+fn compared(method: CuttingMethod) -> Vec<Agreement> {
+    let flat = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
+    let pointed = ToolShape::PointedBlade { half_width: 2.1 * CELL, half_height: 4.3 * CELL };
+    let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
+    let bent = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
+    let (down, sideways) = (DVec3::new(0.02, -2.0, 0.01), DVec3::new(1.2, 0.03, 0.3));
+    let mut cases = vec![];
+    for (name, shape, contact, height, step) in [
+        ("cut", flat, Contact::Slip, 8.07, down),
+        ("sweep", flat, common::SEPARATE, 8.07, sideways),
+        ("sticking", flat, Contact::Stick, 8.07, sideways),
+        ("through the floor", flat, common::SEPARATE, 3.07, sideways),
+        ("pointed", pointed, common::SEPARATE, 7.07, down),
+        ("bent", bent, common::SEPARATE, 7.07, sideways * 0.5),
+    ] {
+        let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Separate), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        p.cutting = method;
+        let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.13, height, 11.3);
+        let ball = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact: common::SEPARATE };
+        let beside = DVec3::new(15.0, 8.9, 12.2) + s.domain.wall_nodes().0.as_dvec3();
+        p.tools = vec![
+            moving(&s, &p, Tool { shape, contact }, at, at + step, DQuat::from_rotation_y(1.4) * DQuat::from_rotation_x(0.03)),
+            ToolPath { id: 4, ..moving(&s, &p, ball, beside, beside + down * 0.5, DQuat::IDENTITY) },
+        ];
+        let tagged = if method.has_ghosts() { 300 } else { 0 };
+        let name = format!("{method:?}: {name}");
+        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..special(name, s, p) });
+    }
+    cases
+}
+
 #[test]
 fn cuts_as_published_agree() {
-    assert_all(common::compared(CuttingMethod::Published));
+    assert_all(compared(CuttingMethod::Published));
 }
 
 #[test]
 fn cuts_by_rigid_particles_agree() {
-    assert_all(common::compared(CuttingMethod::RigidParticles));
+    assert_all(compared(CuttingMethod::RigidParticles));
 }
 
 #[test]
 fn interactive_particles_agree() {
-    assert_all(common::compared(CuttingMethod::InteractiveParticles));
+    assert_all(compared(CuttingMethod::InteractiveParticles));
 }
 
 #[test]

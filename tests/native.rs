@@ -14,6 +14,8 @@ mod input;
 mod lab;
 #[path = "../examples/validate/law.rs"]
 mod law;
+#[path = "../examples/validate/methods.rs"]
+mod methods;
 #[path = "../examples/validate/motion.rs"]
 mod motion;
 #[path = "../examples/validate/published.rs"]
@@ -63,6 +65,19 @@ fn energy_does_not_grow_at_the_default_step() {
 #[test]
 fn stress_is_quiet_across_cells() {
     assert_within_limits(&stability::crossing(Size::Test));
+}
+
+/// Our cut leaks nothing and stays; those of others, which are there to be compared with, leak and do not stay.
+#[test]
+fn other_methods_let_clay_through() {
+    let rows = methods::compared(Size::Test);
+    assert_within_limits(&rows);
+    let value = |name: &str| rows.iter().find(|r| r.case.starts_with(name)).map(|r| r.value).expect(name);
+    for (method, least) in [("as published", 10.0), ("rigid particles", 1.0), ("interactive particles", 10.0)] {
+        let through = value(&format!("cut methods, {method}: swept particles that go through"));
+        assert!(through > least, "{method}: {through} %");
+        assert!(value(&format!("cut methods, {method}: momentum that crosses")) > 0.2, "{method}");
+    }
 }
 
 #[test]

@@ -170,10 +170,12 @@ const CASES: &[Case] = &[
     surface_case("random fields", surface::random_fields),
     surface_case("cuts", surface::cuts),
     surface_case("meeting cuts", surface::meeting_cuts),
+    surface_case("settled cuts", surface::settled_cuts),
     surface_case("sphere", surface::sphere),
     surface_case("clusters", surface::clusters),
     surface_case("surface in motion", surface::motion),
     surface_case("surface time", surface::speed),
+    surface_case("surface on the device", surface::on_device),
     surface_case("files", files::round_trips),
 ];
 

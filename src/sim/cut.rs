@@ -5,7 +5,7 @@
 
 use super::engine::FramePlan;
 use super::snapshot::Tag;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 
 /// Which sides of which cuts a particle is on, and nothing else: by sheet, the higher first, so that equal sides make equal keys.
@@ -119,12 +119,13 @@ pub(crate) const MEETING_SHARE: f64 = 1e-3;
 ///
 /// Central differences of the share, which is no linear function of the distance, turn the normal of a plane at 10 degrees to the grid by 2.2 degrees on
 /// average, up to 4.7; the fit by 0.4, up to 1.6. Friction follows: by 0.04 for every 2.2 degrees.
-pub(crate) fn fitted_normal(nodes: impl Iterator<Item = (DVec3, f64, f64)>) -> Option<DVec3> {
+pub(crate) fn fitted_normal(nodes: impl Iterator<Item = (IVec3, f64, f64)>) -> Option<DVec3> {
     let (mut weight, mut share_sum, mut offset_sum, mut slope_sum, mut moment) =
         (0.0, 0.0, DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (offset, front, back) in nodes.filter(|(_, front, back)| front.min(*back) > 0.0) {
         let share = front / (front + back);
-        let w = 0.5f64.powf(offset.abs().element_sum()) * share * back;
+        let w = share * back / f64::from(1 << offset.abs().element_sum());
+        let offset = offset.as_dvec3();
         weight += w;
         share_sum += w * share;
         offset_sum += w * offset;
@@ -198,11 +199,11 @@ mod tests {
     /// Shares that grow along a direction, as those of a plane do, have that normal; one node alone, or shares all alike, have none.
     #[test]
     fn normal_is_that_of_the_share() {
-        let offsets = || (0..27).map(|i| DVec3::new(f64::from(i / 9 - 1), f64::from(i / 3 % 3 - 1), f64::from(i % 3 - 1)));
+        let offsets = || (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
         let n = DVec3::new(1.0, -0.3, 0.2).normalize();
         // Total masses that vary from node to node, as at a free surface.
-        let node = |o: DVec3| {
-            let (share, mass) = (0.5 + 0.2 * n.dot(o), 2.0 + o.y);
+        let node = |o: IVec3| {
+            let (share, mass) = (0.5 + 0.2 * n.dot(o.as_dvec3()), 2.0 + f64::from(o.y));
             (o, mass * share, mass * (1.0 - share))
         };
         let found = fitted_normal(offsets().map(node)).expect("a normal");

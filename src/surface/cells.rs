@@ -100,15 +100,21 @@ impl CellTile {
         let total = self.total[node];
         let sheets = &self.sheets[..self.sheet_count];
         let owner = |whole: f32, sheet: &SheetTile| self.rules.owner(whole, sheet.front[node], sheet.back[node]);
-        let least = sheets.iter().fold(total, |least, sheet| match owner(total, sheet) {
-            0 => least,
-            side => least.min(self.value_on(sheet, node, side)),
-        });
-        let (mut label, mut own) = (Label::default(), total);
+        let (mut least, mut is_near) = (total, false);
         for sheet in sheets {
+            is_near |= sheet.front[node] + sheet.back[node] > 0.0;
+            match owner(total, sheet) {
+                0 => {}
+                side => least = least.min(self.value_on(sheet, node, side)),
+            }
+        }
+        let (mut label, mut own) = (Label::default(), total);
+        for sheet in sheets.iter().filter(|_| is_near) {
             let side = owner(least, sheet);
             if side != 0 && label.push(sheet.sheet, side) {
-                own *= self.value_on(sheet, node, side) / total;
+                let value = self.value_on(sheet, node, side);
+                // The product alone, but without its rounding where the other side has no clay.
+                own *= if value == total { 1.0 } else { value / total };
             }
         }
         // To Equation 9 a cut makes values, and parts nothing.
@@ -301,7 +307,12 @@ impl CellTile {
         if self.rules.method == CutMethod::Equation9 {
             return slope(node, |n| self.own[n]);
         }
-        slope(node, |n| self.value_beside(n, label, Label::default()))
+        let mut owners = label.owners().filter_map(|(sheet, side)| Some((self.sheet(sheet)?, side)));
+        let Some((first, side)) = owners.next() else { return slope(node, |n| self.total[n]) };
+        let rest: Vec<_> = owners.collect();
+        let value =
+            |n: usize| rest.iter().fold(self.value_on(first, n, side), |least, (s, side)| least.min(self.value_on(s, n, *side)));
+        slope(node, value)
     }
 
     /// Position of a tile node relative to the block [nodes].

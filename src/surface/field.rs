@@ -19,7 +19,6 @@ use crate::sim::engine::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Spacing of the visual grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -273,17 +272,21 @@ impl Field {
     }
 }
 
-/// The particles in front of and behind each cut that has both.
-fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> BTreeMap<u8, [Part; 2]> {
-    let mut parts: BTreeMap<u8, [Part; 2]> = BTreeMap::new();
+/// The particles in front of and behind each cut that has both, by sheet number.
+fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> Vec<(u8, [Part; 2])> {
+    if particles.iter().all(|p| p.tags == 0) {
+        return Vec::new();
+    }
+    let mut parts: Vec<[Part; 2]> = Vec::new();
+    parts.resize_with(256, Default::default);
     for (bin, &p) in bins.particles_by_bin() {
         let particle = &particles[p as usize];
         if particle.tags != 0 {
-            tags(particle).for_each(|(sheet, side)| parts.entry(sheet).or_default()[usize::from(side < 0)].push(bin, p));
+            tags(particle).for_each(|(sheet, side)| parts[usize::from(sheet)][usize::from(side < 0)].push(bin, p));
         }
     }
-    parts.retain(|_, [front, back]| !front.is_empty() && !back.is_empty());
-    parts
+    let is_cut = |(_, [front, back]): &(u8, [Part; 2])| !front.is_empty() && !back.is_empty();
+    (0..=u8::MAX).zip(parts).filter(is_cut).collect()
 }
 
 /// Clay around each particle, on the cell grid; 0 for those left out.

@@ -5,7 +5,7 @@
 //! 1. **Owner of a node at a sheet**: none if P + M <= f / 2; else the front if P >= M, else the back. More than half, and not any trace:
 //!    with a small share clay far from the cut counts as one of its sides. Where other sheets own the node, f / 2 is half of the least of
 //!    their owners' values (2): a cut may end at another one, and the clay beyond that is none of its business. A node keeps the first
-//!    [`CUTS_MAX`] sheets, by number, that own it.
+//!    three sheets (`CUTS_MAX`), by number, that own it.
 //! 2. **A side's value at a node**: f - b(c) X, with X the clay of the other side, c = (P + M) / f the share of the clay that stands at
 //!    the cut, and b(c) the smoothstep from c = 1/2 to 1. Where the tags end the sides share all clay, one cell behind the crack
 //!    front each has its own alone: so the lips close smoothly.
@@ -18,7 +18,7 @@
 //! 5. **Emission**: each cell once per body, with that body's nodes inside.
 //! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies in each of its four cells. A split edge has one
 //!    vertex per end that is kept, all others have one that bodies share. So lips are welded at the crack front.
-//! 7. **Place of a vertex**: see [`super::cells::CellTile::crossing`]. **Caps**: see [`super::caps`].
+//! 7. **Place of a vertex**: see `CellTile::crossing`. **Caps**: see `caps.rs`.
 //!
 //! Rules 1 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in common see them alike, whatever
 //! else they hold, and so their meshes agree on their faces.
@@ -72,6 +72,9 @@ impl Rules {
 
     /// Value of a side at a node from which `other` is kept apart; `at_cut` = P + M.
     pub(crate) fn side_value(&self, total: f32, at_cut: f32, other: f32) -> f32 {
+        if other == 0.0 {
+            return total;
+        }
         let share = match self.method {
             CutMethod::TwoSided => blend(at_cut / total),
             CutMethod::Equation9 => 1.0,

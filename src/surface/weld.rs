@@ -362,6 +362,24 @@ mod tests {
         assert_eq!((kept.triangles.len(), kept.positions.len()), (12, 8));
     }
 
+    /// One node of 9^3 that a cut parts from all others: it goes, and so does the hollow that it stood in.
+    #[test]
+    fn crumbs_are_dropped_with_their_hollow() {
+        let (mut total, mut front, mut back) = (vec![0.0; 1331], vec![0.0; 1331], vec![0.0; 1331]);
+        for i in 0..729 {
+            let at = i % 9 + 1 + 11 * (i / 9 % 9 + 1 + 11 * (i / 81 + 1));
+            total[at] = 1.0;
+            let side = if i == 364 { &mut front } else { &mut back };
+            side[at] = 1.0;
+        }
+        let field = super::super::field::Field::from_nodes([11; 3], &total, [(&front[..], &back[..])]);
+        let raw = super::super::extract::extract_field(&field, 0.5);
+        assert_eq!(raw.component_labels().1, 3);
+        let (mesh, repairs) = print_ready(&raw);
+        assert_eq!((repairs.crumbs, mesh.component_labels().1), (2, 1));
+        assert!((repairs.crumb_volume - 1.0 / 3.0).abs() < 1e-6 && mesh.euler_number() == 2, "{repairs:?}");
+    }
+
     #[test]
     fn inverted_box_is_turned_outwards() {
         let mut mesh = Mesh::default();

@@ -390,38 +390,6 @@ pub(crate) fn recut() -> Vec<Agreement> {
     cases
 }
 
-/// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
-pub(crate) fn compared(method: CuttingMethod) -> Vec<Agreement> {
-    let flat = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
-    let pointed = ToolShape::PointedBlade { half_width: 2.1 * CELL, half_height: 4.3 * CELL };
-    let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
-    let bent = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
-    let (down, sideways) = (DVec3::new(0.02, -2.0, 0.01), DVec3::new(1.2, 0.03, 0.3));
-    let mut cases = vec![];
-    for (name, shape, contact, height, step) in [
-        ("cut", flat, Contact::Slip, 8.07, down),
-        ("sweep", flat, SEPARATE, 8.07, sideways),
-        ("sticking", flat, Contact::Stick, 8.07, sideways),
-        ("through the floor", flat, SEPARATE, 3.07, sideways),
-        ("pointed", pointed, SEPARATE, 7.07, down),
-        ("bent", bent, SEPARATE, 7.07, sideways * 0.5),
-    ] {
-        let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Separate), soft());
-        let mut p = plan(&s, 0.25, 20, vec![]);
-        p.cutting = method;
-        let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.13, height, 11.3);
-        let ball = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact: SEPARATE };
-        let beside = DVec3::new(15.0, 8.9, 12.2) + s.domain.wall_nodes().0.as_dvec3();
-        p.tools = vec![
-            moving(&s, &p, Tool { shape, contact }, at, at + step, DQuat::from_rotation_y(1.4) * DQuat::from_rotation_x(0.03)),
-            ToolPath { id: 4, ..moving(&s, &p, ball, beside, beside + down * 0.5, DQuat::IDENTITY) },
-        ];
-        let tagged = if method.has_ghosts() { 300 } else { 0 };
-        cases.push(agreement_at_cut(format!("{method:?}: {name}"), s, p, tagged));
-    }
-    cases
-}
-
 /// A frame through sorts, a wall, a ball and a blade: what two runs of an engine have to agree on to the bit.
 pub(crate) fn mixed() -> Case {
     let mut s = block(IVec3::new(16, 12, 16), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });

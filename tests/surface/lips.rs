@@ -1,13 +1,13 @@
 //! Where the lips of a cut are, and how they meet.
 #![expect(clippy::print_stdout, reason = "figures")]
 
-use crate::clay::{CELL, CUBE_CENTRE, Random, domain, lattice, source};
+use crate::clay::{CELL, CUBE_CENTRE, Lips, Random, domain, lattice, source, upright};
 use bevy_clay::surface::extract::{extract, extract_by};
 use bevy_clay::surface::field::{Field, SurfaceSettings};
 use bevy_clay::surface::labels::{CutMethod, Rules};
 use bevy_clay::surface::mesh::Mesh;
 use bevy_clay::surface::weld::print_ready;
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 /// Tags of one sheet.
 fn tag(side: i8) -> u32 {
@@ -20,39 +20,20 @@ fn tag(side: i8) -> u32 {
 fn lips_of_a_cut_at_rest_touch() {
     let mut random = Random(13);
     for case in 0..10 {
-        let mut normal = random.direction();
-        normal = (normal + 2.0 * DVec3::X).normalize();
-        let offset = CUBE_CENTRE + random.vector(-1.0, 1.0);
-        let points = lattice(CUBE_CENTRE - 6.0, CUBE_CENTRE + 6.0, 0.25, &mut random, |_| true);
-        let distance = |p: DVec3| (p - offset).dot(normal);
-        let side = |i: usize| if distance(points[i]).abs() >= 3.0 { 0 } else { distance(points[i]).signum() as i8 };
-        let s = source(domain(30.0), &points, |i| tag(side(i)), 1.0);
+        let cube = upright(&mut random);
+        let cut = cube.cuts[0];
+        let s = cube.source(DMat3::IDENTITY);
         let mesh = extract(&s, &SurfaceSettings::default());
-        // Area and area-weighted distance of the lip of the back body (it faces forward) and of the front body; both squared for rms.
-        let (mut areas, mut sums, mut squares) = ([0.0; 2], [0.0; 2], 0.0);
-        for t in &mesh.triangles {
-            let vector = mesh.area_vector(*t);
-            let centre = s.domain.to_grid(mesh.corners(*t).iter().sum::<DVec3>() / 3.0);
-            let along = vector.dot(normal) / vector.length();
-            let is_deep = (centre - CUBE_CENTRE).abs().max_element() < 4.5;
-            if is_deep && along.abs() > 0.7 && distance(centre).abs() < 0.75 {
-                let lip = usize::from(along < 0.0);
-                areas[lip] += vector.length();
-                sums[lip] += vector.length() * distance(centre);
-                squares += vector.length() * distance(centre).powi(2);
-            }
-        }
-        let gap = sums[1] / areas[1] - sums[0] / areas[0];
+        let Lips { areas, gap, rms } = Lips::of(&mesh, &s.domain, &cut);
         // How far a body reaches beyond the plane, at the worst vertex.
         let (bodies, _) = print_ready(&mesh);
         let reach = |body: Mesh| {
             let d: Vec<f64> =
-                body.positions.iter().map(|p| distance(s.domain.to_grid(Vec3::from_array(*p).as_dvec3()))).collect();
+                body.positions.iter().map(|p| cut.distance(s.domain.to_grid(Vec3::from_array(*p).as_dvec3()))).collect();
             let (low, high) = d.iter().fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)));
             high.min(-low)
         };
         let overshoot = bodies.components().into_iter().map(reach).fold(0.0, f64::max);
-        let rms = (squares / (areas[0] + areas[1])).sqrt();
         println!("case {case}: gap {gap:.4} rms {rms:.3} overshoot {overshoot:.3} cells");
         assert!(areas[0] > 60e-6 && areas[1] > 60e-6, "case {case}: lips missing: {areas:?}");
         assert!(gap.abs() <= 0.02 && rms < 0.15 && overshoot < 0.2, "case {case}: gap {gap}, rms {rms}, overshoot {overshoot}");

@@ -3,7 +3,7 @@
 use super::clay::{BALL_CENTRE, CELL, CUBE_CENTRE, Random, ball, cluster, domain, lattice, source};
 use crate::lab::Size;
 use crate::report::Row;
-use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::{SurfaceSettings, Tier};
@@ -106,9 +106,9 @@ pub(crate) fn motion(size: Size) -> Vec<Row> {
     let mut reaches = vec![vec![]; rays.len()];
     for step in 0..steps {
         let shift = DVec3::new(0.125, 0.07, 0.03) * f64::from(step);
-        let moved = |p: &bevy_clay::sim::engine::SurfaceParticle| {
+        let moved = |p: &SurfaceParticle| {
             let position = (Vec3::from_array(p.position) + shift.as_vec3()).to_array();
-            bevy_clay::sim::engine::SurfaceParticle { position, ..*p }
+            SurfaceParticle { position, ..*p }
         };
         let s = SurfaceSource { domain: first.domain, particles: first.particles.iter().map(moved).collect::<Vec<_>>().into() };
         let mesh = extract(&s, &settings);

@@ -246,3 +246,40 @@ pub(crate) fn affine(random: &mut Random) -> DMat3 {
     let columns = [0, 1, 2].map(|d| DVec3::AXES[d] + random.vector(-0.15, 0.15));
     DMat3::from_cols(columns[0], columns[1], columns[2])
 }
+
+/// The lips of a cut at rest, over the parts away from the cube's faces.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lips {
+    /// Areas of the lip of the back body, which faces forward, and of the front body [m^2].
+    pub(crate) areas: [f64; 2],
+    /// Mean distance of the front body's lip from the back body's, along the normal [cells].
+    pub(crate) gap: f64,
+    /// Distance from the plane, rms [cells].
+    pub(crate) rms: f64,
+}
+
+impl Lips {
+    pub(crate) fn of(mesh: &Mesh, domain: &Domain, cut: &Cut) -> Self {
+        let (mut areas, mut sums, mut squares) = ([0.0; 2], [0.0; 2], 0.0);
+        for t in &mesh.triangles {
+            let vector = mesh.area_vector(*t);
+            let centre = domain.to_grid(mesh.corners(*t).iter().sum::<DVec3>() / 3.0);
+            let along = vector.dot(cut.normal) / vector.length();
+            let is_deep = (centre - CUBE_CENTRE).abs().max_element() < 4.5;
+            if is_deep && along.abs() > 0.7 && cut.distance(centre).abs() < 0.75 {
+                let lip = usize::from(along < 0.0);
+                areas[lip] += vector.length();
+                sums[lip] += vector.length() * cut.distance(centre);
+                squares += vector.length() * cut.distance(centre).powi(2);
+            }
+        }
+        let rms = (squares / (areas[0] + areas[1])).sqrt();
+        Self { areas, gap: sums[1] / areas[1] - sums[0] / areas[0], rms }
+    }
+}
+
+/// A cut through the cube, across its x axis.
+pub(crate) fn upright(random: &mut Random) -> CutCube {
+    let normal = (random.direction() + 2.0 * DVec3::X).normalize();
+    CutCube::new(vec![Cut::through(normal, CUBE_CENTRE + random.vector(-1.0, 1.0))], 2, 0.25, random)
+}

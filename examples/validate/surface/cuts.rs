@@ -1,6 +1,6 @@
 //! Cuts of no width through a cube of 12 cells: how many come out with the right number of balls.
 
-use super::clay::{CutCube, Random, affine};
+use super::clay::{CutCube, Lips, Random, affine, upright};
 use crate::lab::Size;
 use crate::report::Row;
 use bevy_clay::surface::check::MeshCheck;
@@ -48,7 +48,15 @@ pub(crate) fn cuts(size: Size) -> Vec<Row> {
     let settings = SurfaceSettings::default();
     let (made, kept) = (tally(CutCube::one, count, false, &settings), tally(CutCube::one, count, true, &settings));
     let published = tally(CutCube::one, count.min(200), false, &SurfaceSettings::equation_9());
+    let mut random = Random(13);
+    let gap = |_| {
+        let cube = upright(&mut random);
+        let s = cube.source(DMat3::IDENTITY);
+        Lips::of(&extract(&s, &settings), &s.domain, &cube.cuts[0]).gap.abs()
+    };
+    let gap = (0..size.pick(2, 5, 50)).map(gap).fold(0.0, f64::max);
     vec![
+        Row::at_most("cuts: gap between lips at rest, greatest mean", gap, "cells", 0.02),
         Row::at_least("cuts: right bodies, blade present", made.percent(), "%", 99.5),
         Row::at_least("cuts: right bodies, after the blade and 15 % of deformation", kept.percent(), "%", 99.5),
         Row::at_most("cuts: open edges as extracted", (made.open + kept.open) as f64, "count", 0.0),

@@ -3,11 +3,16 @@
 mod ball;
 pub(crate) mod clay;
 mod cuts;
+mod device;
 mod fields;
+mod gpu;
+mod settled;
 
 pub(crate) use ball::{clusters, motion, speed, sphere};
 pub(crate) use cuts::{cuts, meeting_cuts};
 pub(crate) use fields::random_fields;
+pub(crate) use gpu::on_device;
+pub(crate) use settled::cases as settled_cuts;
 
 use crate::lab::Random;
 use bevy_clay::sim::engine::SurfaceParticle;

@@ -4,7 +4,7 @@
 //! tagged by it. Clay that it has not tagged moves with the owner's side. A field is the clay that is beyond the same divisions.
 
 use super::super::cut::CutKey;
-use super::ghost::Incompatible;
+use super::contact::ToolNow;
 use super::special::Meeting;
 use glam::{DVec3, IVec3};
 
@@ -19,8 +19,8 @@ pub(super) struct Division {
     pub sheet: u8,
     /// The side with which clay moves that has none.
     pub owner: i8,
-    /// The blade in whose band the node stands: its index, the signed distance [cells] and the unit normal of its front; none at a kept cut.
-    pub blade: Option<(usize, f64, DVec3)>,
+    /// Index of the blade in whose band the node stands; none at a kept cut.
+    pub blade: Option<u8>,
 }
 
 /// The sheets that divide a node, in their order; none at a whole node.
@@ -35,17 +35,16 @@ impl Divisions {
     pub(super) fn new(node: IVec3, keys: &[CutKey], sheets: &[u8], mass: impl Fn(usize) -> f64, meeting: &Meeting<'_>) -> Self {
         let mut divisions = Self::default();
         for &sheet in sheets {
-            let blade = meeting.tools.iter().enumerate().find(|(_, t)| t.blade.is_some() && t.sheet == sheet);
-            let blade = blade.and_then(|(i, t)| {
-                let (distance, normal) = t.side(node)?;
-                Some((i, distance, normal))
-            });
+            let is_its = |t: &ToolNow| t.blade.is_some() && t.sheet == sheet;
+            let blade =
+                meeting.tools.iter().enumerate().find(|(_, t)| is_its(t)).and_then(|(i, t)| Some((i as u8, t.side(node)?.0)));
             let owner = match blade {
-                Some((_, distance, _)) => Some(if distance < 0.0 { -1 } else { 1 }),
+                Some((_, distance)) => Some(if distance < 0.0 { -1 } else { 1 }),
                 // No other method knows cuts without their blades.
                 None if !meeting.cutting.keeps_cuts() => None,
                 None => owner_by_mass(keys, sheet, &mass),
             };
+            let blade = blade.map(|b| b.0);
             if let Some(owner) = owner
                 && divisions.count < DIVISIONS_MAX
             {
@@ -60,9 +59,9 @@ impl Divisions {
         self.items[..self.count].iter()
     }
 
-    /// The division that the blade of this index makes, the node's signed distance from it [cells] and its normal.
-    pub(super) fn of_blade(&self, index: usize) -> Option<(usize, f64, DVec3)> {
-        self.iter().enumerate().find_map(|(i, d)| d.blade.filter(|b| b.0 == index).map(|b| (i, b.1, b.2)))
+    /// The division that the blade of this index makes.
+    pub(super) fn of_blade(&self, index: usize) -> Option<usize> {
+        self.iter().position(|d| d.blade.is_some_and(|b| usize::from(b) == index))
     }
 
     /// Which divisions the clay of `key` is beyond, from their owners' sides: a bit each.
@@ -70,11 +69,10 @@ impl Divisions {
         self.iter().enumerate().map(|(i, d)| u8::from(key.side(d.sheet) == -d.owner) << i).sum()
     }
 
-    /// The blade, the first of the plan, that makes this node incompatible with the clay of `key`.
-    pub(super) fn incompatible(&self, key: CutKey) -> Option<Incompatible> {
+    /// The blade, the first of the plan, that makes the node incompatible with the clay of `key`, and the side of it on which that is.
+    pub(super) fn incompatible(&self, key: CutKey) -> Option<(u8, i8)> {
         let beyond = self.iter().filter(|d| key.side(d.sheet) == -d.owner);
-        let (tool, normal) = beyond.filter_map(|d| d.blade.map(|b| (b.0, b.2 * f64::from(-d.owner)))).min_by_key(|b| b.0)?;
-        Some(Incompatible { tool: tool as u8, normal })
+        beyond.filter_map(|d| Some((d.blade?, -d.owner))).min_by_key(|b| b.0)
     }
 
     /// The side of division `i` on which a field is.
@@ -84,7 +82,7 @@ impl Divisions {
 
     /// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a blade stands between them, which acts
     /// on both, or where a cut has no normal.
-    pub(super) fn pair_normal(&self, a: u8, b: u8, normal: impl Fn(u8) -> Option<DVec3>) -> Option<DVec3> {
+    pub(super) fn pair_normal(&self, a: u8, b: u8, mut normal: impl FnMut(u8) -> Option<DVec3>) -> Option<DVec3> {
         let mut sum = DVec3::ZERO;
         for (i, division) in self.iter().enumerate().filter(|(i, _)| (a ^ b) >> i & 1 == 1) {
             if division.blade.is_some() {
@@ -98,9 +96,16 @@ impl Divisions {
 
 /// The owner of a node where a kept cut divides it: more than half of its mass is tagged.
 fn owner_by_mass(keys: &[CutKey], sheet: u8, mass: impl Fn(usize) -> f64) -> Option<i8> {
-    let on = |side: i8| (0..keys.len()).filter(|c| keys[*c].side(sheet) == side).map(&mass).sum::<f64>();
-    let (front, back) = (on(1), on(-1));
-    let all: f64 = (0..keys.len()).map(&mass).sum();
+    let (mut front, mut back, mut all) = (0.0, 0.0, 0.0);
+    for (class, key) in keys.iter().enumerate() {
+        let mass = mass(class);
+        all += mass;
+        match key.side(sheet) {
+            0 => {}
+            1 => front += mass,
+            _ => back += mass,
+        }
+    }
     (front + back > 0.5 * all).then_some(if front >= back { 1 } else { -1 })
 }
 

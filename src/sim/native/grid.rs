@@ -31,6 +31,8 @@ pub(super) const fn local(x: i32, y: i32, z: i32) -> usize {
 pub(super) struct Tiles {
     /// The table that was in force at the scatter.
     pub table: Arc<Table>,
+    /// Sorts of the state before it.
+    pub sorts: u64,
     /// Sums of the untagged particles of each block.
     pub untagged: Vec<Tile>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
@@ -41,7 +43,7 @@ pub(super) struct Tiles {
 
 impl Tiles {
     pub(super) fn new(table: Arc<Table>) -> Self {
-        Self { table, untagged: vec![], tagged: vec![], first_tagged: vec![] }
+        Self { table, sorts: 0, untagged: vec![], tagged: vec![], first_tagged: vec![] }
     }
 
     /// The tiles of the tagged particles of a block.
@@ -59,6 +61,16 @@ pub(super) struct Grid {
     /// Index + 1 into `cuts` of each block; 0 where no tagged particle is near.
     cut_slot: Vec<u32>,
     cuts: Vec<CutBlock>,
+    /// What `cut_slot` and the keys of `cuts` were found for.
+    found_for: FoundFor,
+}
+
+/// Where tagged clay was when the blocks that it reaches were found: sorts of the state at the scatter and now, classes of each block.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct FoundFor {
+    sorts: (u64, u64),
+    keys: Vec<CutKey>,
+    first_tagged: Vec<usize>,
 }
 
 /// The nodes of the tagged classes in a block.
@@ -74,11 +86,6 @@ pub(super) struct CutBlock {
 
 /// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts are made of.
 pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
-
-/// Mass at a node of the clay on one side of a sheet.
-fn mass_on(classes: &ClassMasses, node: usize, sheet: u8, side: i8) -> f64 {
-    classes.iter().filter(|(key, _)| key.side(sheet) == side).map(|(_, masses)| f64::from(masses[node])).sum()
-}
 
 /// Constants of one substep's grid update.
 #[derive(Clone, Copy, Debug)]
@@ -214,7 +221,7 @@ impl Grid {
                 if cut_slot[i] != 0 {
                     GridReport::default()
                 } else if step.special.is_some() || meeting.concerns(block) {
-                    special::update(nodes, None, block, step, meeting, &|_, _, _| 0.0)
+                    special::update(nodes, None, block, step, meeting, &|_| None)
                 } else {
                     let damping_impulse = damping_impulse(nodes, step);
                     GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
@@ -260,6 +267,16 @@ impl Grid {
 
     /// Finds the blocks that tagged particles reach, and their classes there.
     fn find_cuts(&mut self, state: &State, tiles: &Tiles) {
+        let keys = tiles.tagged.iter().map(|t| t.0);
+        let found = &self.found_for;
+        if found.sorts == (tiles.sorts, state.sorts)
+            && found.first_tagged == tiles.first_tagged
+            && keys.clone().eq(found.keys.iter().copied())
+        {
+            return;
+        }
+        let first_tagged = tiles.first_tagged.clone();
+        self.found_for = FoundFor { sorts: (tiles.sorts, state.sorts), keys: keys.collect(), first_tagged };
         self.cut_slot.clear();
         self.cut_slot.resize(state.blocks.len(), 0);
         let mut count = 0;
@@ -298,11 +315,9 @@ impl Grid {
         };
         let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
         let cut_slot = &self.cut_slot;
-        let mass_on = |node: IVec3, sheet: u8, side: i8| {
-            let block = node.div_euclid(IVec3::splat(4));
-            let slot = state.table.slot(block).and_then(|s| cut_slot[s].checked_sub(1));
-            let at = node - block * 4;
-            slot.map_or(0.0, |s| mass_on(&masses[s as usize], local(at.x, at.y, at.z), sheet, side))
+        let masses_of = |block: IVec3| {
+            let slot = state.table.slot(block).and_then(|s| cut_slot[s].checked_sub(1))?;
+            Some(&masses[slot as usize])
         };
         let mut nodes: Vec<&mut Nodes> =
             self.nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
@@ -310,7 +325,7 @@ impl Grid {
             .par_iter_mut()
             .zip(&mut self.cuts)
             .zip(&blocks)
-            .map(|((nodes, cut), i)| special::update(nodes, Some(cut), state.blocks[*i], step, meeting, &mass_on))
+            .map(|((nodes, cut), i)| special::update(nodes, Some(cut), state.blocks[*i], step, meeting, &masses_of))
             .collect()
     }
 }

@@ -243,6 +243,7 @@ pub(super) fn scatter(
 fn make_room(state: &mut State, tiles: &mut Tiles) {
     let old = std::mem::replace(&mut tiles.table, state.table.clone());
     state.recycle(old);
+    tiles.sorts = state.sorts;
     tiles.untagged.resize(state.runs.len(), Tile::ZERO);
     tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (CutKey::UNTAGGED, Tile::ZERO));
     tiles.first_tagged.clear();

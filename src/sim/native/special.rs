@@ -2,6 +2,9 @@
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
+mod column;
+mod compared;
+
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
@@ -11,7 +14,9 @@ use super::division::{Divisions, Fields};
 use super::ghost::Ghosts;
 use super::grid::{ClassMasses, CutBlock, GridReport, GridStep, Nodes, local};
 use super::simd::Node;
+use super::state::NEIGHBOURS;
 use super::touching::Touching;
+use column::{Column, columns};
 use glam::{DVec3, IVec3};
 
 /// Walls and tools of one substep.
@@ -45,64 +50,6 @@ impl Sum {
     fn plus(self, other: Self) -> Self {
         Self { mass: self.mass + other.mass, momentum: self.momentum + other.momentum }
     }
-}
-
-/// A column of nodes across a wall.
-struct Column {
-    axis: usize,
-    ghost: usize,
-    wall: usize,
-    mirror: usize,
-    kind: Wall,
-    /// Direction away from the wall along the axis.
-    inward: f64,
-}
-
-impl Column {
-    /// Reverses the components that the image of clay in this wall has reversed.
-    fn reflect(&self, mut v: DVec3) -> DVec3 {
-        if self.kind == Wall::Stick {
-            return -v;
-        }
-        v[self.axis] = -v[self.axis];
-        v
-    }
-
-    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a separating wall, none into it.
-    fn clamp(&self, mut v: DVec3) -> DVec3 {
-        if self.kind == Wall::Stick {
-            return DVec3::ZERO;
-        }
-        if self.kind == Wall::Slip || v[self.axis] * self.inward < 0.0 {
-            v[self.axis] = 0.0;
-        }
-        v
-    }
-}
-
-/// The columns of the walls that stand in the block, axis by axis.
-fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
-    let mut columns = vec![];
-    let (low, high) = domain.wall_nodes();
-    for axis in 0..3 {
-        for (wall, kind, inward) in [(low[axis], domain.walls.low[axis], 1), (high[axis], domain.walls.high[axis], -1)] {
-            if wall / BLOCK != block[axis] {
-                continue;
-            }
-            for column in 0..16 {
-                let at = |w: i32| {
-                    let mut c = [column / 4, column % 4, 0];
-                    c.rotate_right((axis + 1) % 3);
-                    c[axis] = w;
-                    local(c[0], c[1], c[2])
-                };
-                let w = wall % BLOCK;
-                let (ghost, wall, mirror) = (at(w - inward), at(w), at(w + inward));
-                columns.push(Column { axis, ghost, wall, mirror, kind, inward: f64::from(inward) });
-            }
-        }
-    }
-    columns
 }
 
 /// The class sums of a block: as the particles brought them, and with what walls folded onto or away from each node.
@@ -177,6 +124,9 @@ impl Classes {
 /// Folded masses of the tagged classes at the nodes of a block: what the normals of cuts are made of.
 #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
 pub(super) fn folded_masses(nodes: &Nodes, cut: &CutBlock, block: IVec3, step: &GridStep, domain: &Domain) -> ClassMasses {
+    if columns(block, domain).is_empty() {
+        return cut.keys.iter().zip(&cut.nodes).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
+    }
     let classes = Classes::new(nodes, Some(cut), block, step, domain);
     let tagged = classes.keys.iter().zip(&classes.folded).skip(1);
     tagged.map(|(key, sums)| (*key, sums.map(|sum| sum.mass as f32))).collect()
@@ -201,25 +151,82 @@ struct Block<'a> {
     touching: [f32; 64],
     /// Gravity and other body forces at each node.
     gravity: [DVec3; 64],
-    /// Mass at a node of the clay on one side of a sheet.
-    mass_on: &'a MassOn<'a>,
+    /// The masses about the block on either side of each sheet that divides one of its nodes in two.
+    about: Vec<SheetMasses>,
+    masses_of: &'a MassesOf<'a>,
+    block: IVec3,
     report: GridReport,
 }
 
-/// Mass at a node, in any block, of the clay on one side of a sheet.
-pub(super) type MassOn<'a> = dyn Fn(IVec3, u8, i8) -> f64 + Sync + 'a;
+/// The folded masses of the tagged classes of the block at these coordinates, if there are any.
+pub(super) type MassesOf<'a> = dyn Fn(IVec3) -> Option<&'a ClassMasses> + Sync + 'a;
+
+/// Nodes along an edge of the block and one around it.
+const ABOUT: usize = BLOCK as usize + 2;
+
+/// Masses in front of a sheet and behind it at the nodes of a block and those around it, z fastest.
+struct SheetMasses {
+    sheet: u8,
+    sides: [[f32; 2]; ABOUT * ABOUT * ABOUT],
+}
+
+impl SheetMasses {
+    fn new(sheet: u8, block: IVec3, masses_of: &MassesOf<'_>) -> Self {
+        let mut sides = [[0.0; 2]; ABOUT * ABOUT * ABOUT];
+        for offset in NEIGHBOURS {
+            let Some(classes) = masses_of(block + offset) else { continue };
+            // Our coordinates from -1 on, and what to add for the neighbour's own.
+            let range = |o: i32| match o {
+                -1 => (-1, 0, BLOCK),
+                0 => (0, BLOCK, 0),
+                _ => (BLOCK, BLOCK + 1, -BLOCK),
+            };
+            let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+            for (key, masses) in classes {
+                let side = match key.side(sheet) {
+                    0 => continue,
+                    1 => 0,
+                    _ => 1,
+                };
+                for i in x.0..x.1 {
+                    for j in y.0..y.1 {
+                        for k in z.0..z.1 {
+                            sides[Self::at(IVec3::new(i, j, k))][side] += masses[local(i + x.2, j + y.2, k + z.2)];
+                        }
+                    }
+                }
+            }
+        }
+        Self { sheet, sides }
+    }
+
+    /// Place of a node, relative to the block, each coordinate in -1 ..= 4.
+    fn at(node: IVec3) -> usize {
+        let n = (node + 1).as_usizevec3();
+        (n.x * ABOUT + n.y) * ABOUT + n.z
+    }
+
+    /// Unit normal of the cut at a node of the block, from back to front.
+    fn normal(&self, node: IVec3) -> Option<DVec3> {
+        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+        cut::fitted_normal(about.map(|o| {
+            let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
+            (o, front, back)
+        }))
+    }
+}
 
 /// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses stay as they were summed.
-pub(super) fn update(
+pub(super) fn update<'a>(
     nodes: &mut Nodes,
     cut: Option<&mut CutBlock>,
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
-    mass_on: &MassOn<'_>,
+    masses_of: &'a MassesOf<'a>,
 ) -> GridReport {
     let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting.domain);
-    let mut b = Block::new(classes, block, step, meeting, mass_on);
+    let mut b = Block::new(classes, block, step, meeting, masses_of);
     for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
@@ -237,11 +244,14 @@ fn offset(k: usize) -> IVec3 {
 
 impl<'a> Block<'a> {
     /// Tells the sides apart and makes momentum velocity.
-    fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>, mass_on: &'a MassOn<'a>) -> Self {
-        // A manufactured solution's body force is dear: none where there is no clay.
-        let is_used = |k: usize| classes.own.iter().chain(&classes.folded).any(|class| class[k].mass != 0.0);
-        let acceleration = |k: usize| if is_used(k) { step.acceleration_at(block * BLOCK + offset(k)) } else { DVec3::ZERO };
-        let gravity: [DVec3; 64] = std::array::from_fn(acceleration);
+    fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>, masses_of: &'a MassesOf<'a>) -> Self {
+        let mut gravity = [step.gravity; 64];
+        if step.special.is_some() {
+            // A manufactured solution's body force is dear: none where there is no clay.
+            let is_used = |k: usize| classes.own.iter().chain(&classes.folded).any(|class| class[k].mass != 0.0);
+            gravity =
+                std::array::from_fn(|k| if is_used(k) { step.acceleration_at(block * BLOCK + offset(k)) } else { DVec3::ZERO });
+        }
         let (count, sheets) = (classes.keys.len(), classes.sheets(meeting.tools));
         let divisions = |k: usize| {
             let mass = |class: usize| classes.folded[class][k].mass;
@@ -252,16 +262,13 @@ impl<'a> Block<'a> {
         let mut leader = vec![[0u8; 64]; count];
         let mut field = vec![[Sum::default(); 64]; count];
         let mut velocity = vec![[DVec3::ZERO; 64]; count];
-        let mut ghosts = vec![[None; 64]; if meeting.cutting.has_ghosts() { count } else { 0 }];
+        let ghosts = compared::ghosts(&classes.keys, &divisions, block, meeting);
         for k in 0..64 {
             for c in 0..count {
-                if let Some(ghosts) = ghosts.get_mut(c) {
-                    ghosts[k] = divisions[k].incompatible(classes.keys[c]);
-                    if ghosts[k].is_some() {
-                        // In no field, and without a velocity.
-                        leader[c][k] = c as u8;
-                        continue;
-                    }
+                if compared::is_incompatible(&ghosts, c, k) {
+                    // In no field, and without a velocity.
+                    leader[c][k] = c as u8;
+                    continue;
                 }
                 leader[c][k] = fields[k].leader(divisions[k].beyond(classes.keys[c]), c as u8);
                 let sum = &mut field[usize::from(leader[c][k])][k];
@@ -277,15 +284,30 @@ impl<'a> Block<'a> {
         }
         let mut is_ghost = [false; 64];
         classes.folds.iter().for_each(|c| is_ghost[c.ghost] = true);
-        let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
-        let free: DVec3 = own().map(|(s, g)| s.momentum + s.mass * g).sum();
-        let report = GridReport {
-            damping_impulse: free * (step.damping - 1.0),
-            body_impulse: own().map(|(s, g)| s.mass * (g - step.gravity)).sum(),
-            ..GridReport::of_tools(meeting.tools.len())
-        };
+        let mut report = GridReport::of_tools(meeting.tools.len());
+        if step.damping != 1.0 || step.special.is_some() {
+            let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
+            report.damping_impulse = own().map(|(s, g)| s.momentum + s.mass * g).sum::<DVec3>() * (step.damping - 1.0);
+            report.body_impulse = own().map(|(s, g)| s.mass * (g - step.gravity)).sum();
+        }
         let (pushed, touching) = ([DVec3::ZERO; 64], meeting.touching.of_block(block));
-        Self { classes, divisions, fields, leader, field, velocity, pushed, is_ghost, ghosts, touching, gravity, mass_on, report }
+        Self {
+            classes,
+            divisions,
+            fields,
+            leader,
+            field,
+            velocity,
+            pushed,
+            is_ghost,
+            ghosts,
+            touching,
+            gravity,
+            about: vec![],
+            masses_of,
+            block,
+            report,
+        }
     }
 
     /// One node: blades, the fields that kept cuts divide, then the solid tools in order.
@@ -304,7 +326,8 @@ impl<'a> Block<'a> {
     fn between_sides(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
         let (world, divisions, fields) = (node.as_dvec3(), self.divisions[k], self.fields[k]);
         for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| t.blade.is_some()) {
-            let Some((i, distance, front)) = divisions.of_blade(index) else { continue };
+            let Some(i) = divisions.of_blade(index) else { continue };
+            let Some((distance, front)) = tool.blade.and_then(|blade| blade.within_band(world)) else { continue };
             // Each field is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
             for &(beyond, f) in fields.as_slice() {
                 let sign = f64::from(divisions.side(beyond, i));
@@ -341,43 +364,13 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Interactive particles: the mass of the tools takes the clay along, `v = (p + P_tool) / (m + M_tool)`.
-    fn take_along(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>) {
-        let world = node.as_dvec3();
-        let of_tool = |tool: &ToolNow| tool.sampled.as_ref().map_or((0.0, DVec3::ZERO), |s| s.mass(node));
-        let shares: Vec<(f64, DVec3)> = meeting.tools.iter().map(of_tool).collect();
-        let (mass, momentum) = shares.iter().fold((0.0, DVec3::ZERO), |sum, s| (sum.0 + s.0, sum.1 + s.1));
-        for &(_, field) in self.fields[k].as_slice() {
-            let (clay, velocity) = (self.field[usize::from(field)][k].mass, &mut self.velocity[usize::from(field)][k]);
-            if mass == 0.0 || clay <= 0.0 {
-                continue;
-            }
-            *velocity = (clay * *velocity + momentum) / (clay + mass);
-            for ((index, tool), (mass, momentum)) in meeting.tools.iter().enumerate().zip(&shares) {
-                let impulse = *momentum - *mass * *velocity;
-                self.pushed[k] += impulse;
-                self.report.give(index, tool, world, -impulse);
-                self.report.tools[index].2 += u64::from(*mass > 0.0);
-            }
-        }
-    }
-
-    /// What a class brought to nodes that are incompatible with it goes to the tools.
-    fn book_withheld(&mut self, block: IVec3, meeting: &Meeting<'_>) {
-        for (ghosts, own) in self.ghosts.iter().zip(&self.classes.own) {
-            for (k, ghost) in ghosts.iter().enumerate() {
-                let Some(ghost) = ghost.filter(|_| own[k].mass > 0.0) else { continue };
-                let (index, world) = (usize::from(ghost.tool), (block * BLOCK + offset(k)).as_dvec3());
-                self.report.give(index, &meeting.tools[index], world, own[k].momentum + own[k].mass * self.gravity[k]);
-                self.report.tools[index].2 += 1;
-            }
-        }
-    }
-
     /// Unit normal of a kept cut at a node, from back to front.
-    fn cut_normal(&self, node: IVec3, sheet: u8) -> Option<DVec3> {
-        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        cut::fitted_normal(about.map(|o| (o.as_dvec3(), (self.mass_on)(node + o, sheet, 1), (self.mass_on)(node + o, sheet, -1))))
+    fn cut_normal(&mut self, node: IVec3, sheet: u8) -> Option<DVec3> {
+        let at = self.about.iter().position(|about| about.sheet == sheet).unwrap_or_else(|| {
+            self.about.push(SheetMasses::new(sheet, self.block, self.masses_of));
+            self.about.len() - 1
+        });
+        self.about[at].normal(node - self.block * BLOCK)
     }
 
     /// A share of a tool's contact on one field.
@@ -450,7 +443,7 @@ impl<'a> Block<'a> {
         for k in (0..64).filter(|k| is_at_wall[*k]) {
             let mut impulse = -self.pushed[k];
             for (class, (own, leader)) in self.classes.own.iter().zip(&self.leader).enumerate() {
-                if self.ghosts.get(class).is_some_and(|ghosts| ghosts[k].is_some()) {
+                if compared::is_incompatible(&self.ghosts, class, k) {
                     continue;
                 }
                 let Sum { mass, momentum } = own[k];

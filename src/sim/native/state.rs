@@ -184,6 +184,8 @@ pub(super) struct State {
     pub table: Arc<Table>,
     /// A cleared table, to be used by the next sort.
     spare: Option<Table>,
+    /// Counts the sorts.
+    pub sorts: u64,
 }
 
 /// Particles in the engine's form, in their order.
@@ -213,7 +215,8 @@ impl State {
         let (hot, cold) = convert(domain, particles);
         let extent = domain.blocks();
         let slots = vec![0; (extent.x * extent.y * extent.z) as usize];
-        let mut state = Self { hot, cold, runs: vec![], blocks: vec![], table: Arc::new(Table { extent, slots }), spare: None };
+        let mut state =
+            Self { hot, cold, runs: vec![], blocks: vec![], table: Arc::new(Table { extent, slots }), spare: None, sorts: 0 };
         state.sort();
         state
     }
@@ -226,6 +229,7 @@ impl State {
     /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on nothing else, so runs repeat.
     /// Returns the table before: tiles scattered before the sort are found through it.
     pub(super) fn sort(&mut self) -> Arc<Table> {
+        self.sorts += 1;
         self.hot.par_iter_mut().for_each(Hot::normalise);
         let mut table =
             self.spare.take().unwrap_or_else(|| Table { extent: self.table.extent, slots: vec![0; self.table.slots.len()] });

@@ -57,7 +57,7 @@ fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3
     let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
     let normal = |d: &Division| {
         let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        let masses = |o: IVec3| (o.as_dvec3(), mass(coordinate + o, d.sheet, 1), mass(coordinate + o, d.sheet, -1));
+        let masses = |o: IVec3| (o, mass(coordinate + o, d.sheet, 1), mass(coordinate + o, d.sheet, -1));
         if d.band.is_some() { None } else { cut::fitted_normal(about.map(masses)) }
     };
     let node = &grid.nodes[index];

@@ -6,6 +6,7 @@
 //! | `wgsl`     | the passes: one text each in `pass`, with the shared parts beside it     |
 //! | `layout`   | Rust twins of the WGSL structs                                           |
 //! | `buffers`  | buffers, what is bound where, room                                       |
+//! | `readback` | the status back on the host, without waiting                             |
 //! | `field`    | fields to and from the device: for tests                                 |
 //!
 //! Clay at rest costs its fields alone: nothing is extracted, and no bit of the mesh changes, until some node's value has changed by 1 % of
@@ -18,11 +19,13 @@ mod buffers;
 mod encode;
 mod field;
 mod layout;
+mod readback;
 mod wgsl;
 
 pub use buffers::SurfaceRoom;
 pub use encode::MeshTarget;
 pub use layout::{SurfaceStatus, flag};
+pub use readback::StatusReadback;
 
 use super::field::{Filter, SurfaceSettings};
 use super::labels::CutMethod;

@@ -1,12 +1,15 @@
-//! A device, surfaces on it, and what comes back from them.
+//! A device, surfaces on it, and what comes back from them. Shared by `validate` and the tests.
+#![allow(dead_code, reason = "the command and the tests that share this file each use some")]
 
 use bevy_clay::sim::engine::SurfaceSource;
 use bevy_clay::sim::gpu::{GpuDevice, GpuError};
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
-use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
+use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
 use bevy_clay::surface::mesh::Mesh;
-use std::collections::HashMap;
+use glam::{IVec3, Vec3};
+use std::collections::{HashMap, HashSet};
+use std::time::{Duration, Instant};
 
 pub(crate) struct Device {
     gpu: GpuDevice,
@@ -40,7 +43,8 @@ impl Output {
                 if at == next {
                     out.positions.push(*position);
                 } else {
-                    assert_eq!(out.positions[at as usize].map(f32::to_bits), position.map(f32::to_bits), "places of one vertex");
+                    let bits = |p: &[f32; 3]| p.map(f32::to_bits);
+                    assert_eq!(bits(&out.positions[at as usize]), bits(position), "places of one vertex");
                 }
                 at
             })
@@ -50,6 +54,26 @@ impl Output {
     }
 }
 
+/// What tells a mesh from another, whose triangles may be in any order: counts, or triangles whose centres are not within `distance` [m] of
+/// one of the other's.
+pub(crate) fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<String> {
+    let counts = |m: &Mesh| (m.positions.len(), m.triangles.len());
+    if counts(ours) != counts(theirs) {
+        return Some(format!("{:?} vertices and triangles, not {:?}", counts(ours), counts(theirs)));
+    }
+    // Centres by cells of a grid; each of theirs stands in all cells within the distance.
+    let unit = 8.0 * distance;
+    let key = |p: Vec3| (p / unit).round().as_ivec3();
+    let centre = |m: &Mesh, t: &[u32; 3]| t.iter().map(|&v| Vec3::from_array(m.positions[v as usize])).sum::<Vec3>() / 3.0;
+    let mut places: HashSet<IVec3> = HashSet::new();
+    for t in &theirs.triangles {
+        let corner = |i: i32| IVec3::new(i & 1, i >> 1 & 1, i >> 2).as_vec3() * 2.0 - 1.0;
+        places.extend((0..8).map(|i| key(centre(theirs, t) + corner(i) * distance)));
+    }
+    let lost = ours.triangles.iter().filter(|t| !places.contains(&key(centre(ours, t)))).count();
+    (lost > 0).then(|| format!("{lost} triangles that the other has not"))
+}
+
 /// Where vertices and indices begin in their buffers: not at 0, as in a slab that others share.
 const FIRST: (u32, u32) = (5, 6);
 
@@ -57,6 +81,7 @@ const FIRST: (u32, u32) = (5, 6);
 pub(crate) struct Run<'a> {
     device: &'a Device,
     surface: GpuSurface,
+    readback: StatusReadback,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     pub(crate) capacity: (u32, u32),
@@ -78,11 +103,21 @@ impl Device {
         self.run_of(surface)
     }
 
+    /// The device itself.
+    pub(crate) fn gpu(&self) -> GpuDevice {
+        self.gpu.clone()
+    }
+
+    /// Whether the device draws in software.
+    pub(crate) fn is_software(&self) -> bool {
+        self.gpu.is_software()
+    }
+
     fn run_of(&self, surface: GpuSurface) -> Run<'_> {
         let capacity = (60_000, 240_000);
         let vertices = self.buffer(4 * u64::from(VERTEX_WORDS * (FIRST.0 + capacity.0)));
         let indices = self.buffer(4 * u64::from(FIRST.1 + capacity.1));
-        Run { device: self, surface, vertices, indices, capacity }
+        Run { device: self, surface, readback: StatusReadback::new(&self.gpu.device), vertices, indices, capacity }
     }
 
     /// One frame of a clay of its own, with its fields.
@@ -138,28 +173,57 @@ impl Device {
 }
 
 impl Run<'_> {
+    /// Time of one of `count` forced runs, one after the other.
+    pub(crate) fn time(&mut self, source: &SurfaceSource, count: u32) -> Duration {
+        let gpu = &self.device.gpu;
+        let particles = self.device.buffer(24 * source.particles.len() as u64);
+        gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+        let mut submit = || {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let target = target(&self.vertices, &self.indices, self.capacity);
+            self.surface.encode(&gpu.queue, &mut encoder, (&particles, source.particles.len() as u32), &target, true);
+            gpu.queue.submit([encoder.finish()]);
+        };
+        let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+        submit();
+        wait();
+        let start = Instant::now();
+        (0..count).for_each(|_| submit());
+        wait();
+        start.elapsed() / count
+    }
+
     /// Runs the passes once.
     pub(crate) fn frame(&mut self, source: &SurfaceSource, is_forced: bool) -> Output {
-        let gpu = &self.device.gpu;
         let count = source.particles.len() as u32;
         let particles = self.device.buffer(24 * u64::from(count.max(1)));
-        gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
-        let target = MeshTarget {
-            vertices: &self.vertices,
-            vertex_first: FIRST.0,
-            vertex_capacity: self.capacity.0,
-            indices: &self.indices,
-            index_first: FIRST.1,
-            index_capacity: self.capacity.1,
-        };
+        self.device.gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+        self.frame_of((&particles, count), is_forced)
+    }
+
+    /// Runs the passes once, on particles that are on the device.
+    pub(crate) fn frame_of(&mut self, (particles, count): (&wgpu::Buffer, u32), is_forced: bool) -> Output {
+        let gpu = &self.device.gpu;
+        let target = target(&self.vertices, &self.indices, self.capacity);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.surface.encode(&gpu.queue, &mut encoder, (&particles, count), &target, is_forced);
+        self.surface.encode(&gpu.queue, &mut encoder, (particles, count), &target, is_forced);
+        self.readback.encode(&mut encoder, &self.surface);
+        // Asked for twice, it comes once.
+        self.readback.encode(&mut encoder, &self.surface);
         gpu.queue.submit([encoder.finish()]);
-        let status = self.device.status(&self.surface);
+        self.readback.submitted();
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+        let status = self.readback.take().expect("a status");
+        assert_eq!((self.readback.take(), self.device.status(&self.surface)), (None, status));
         let vertices = self.device.read(&self.vertices).split_off((VERTEX_WORDS * FIRST.0) as usize);
         let indices = self.device.read(&self.indices).split_off(FIRST.1 as usize);
         output(status, vertices, indices)
     }
+}
+
+fn target<'a>(vertices: &'a wgpu::Buffer, indices: &'a wgpu::Buffer, capacity: (u32, u32)) -> MeshTarget<'a> {
+    let ((vertex_first, index_first), (vertex_capacity, index_capacity)) = (FIRST, capacity);
+    MeshTarget { vertices, vertex_first, vertex_capacity, indices, index_first, index_capacity }
 }
 
 fn output(status: SurfaceStatus, vertices: Vec<u32>, indices: Vec<u32>) -> Output {
