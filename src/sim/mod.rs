@@ -91,7 +91,7 @@
 //!   sums after 3.3. A tool gives `P_tool - M_tool v`. Its points are not folded at walls.
 //!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
-//! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
+//! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`cutting`] the method, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 mod admit;
 pub mod cut;
