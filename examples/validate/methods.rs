@@ -115,7 +115,7 @@ pub(crate) fn compared(size: Size) -> Vec<Row> {
         };
         for &travel in speeds {
             let sweeps: Vec<Sweep> = (0..seeds).map(|seed| sweep(method, travel, seed)).collect();
-            let name = |what: &str| format!("cut methods, {called}: {what}, {travel} a substep");
+            let name = |what: &str| format!("cut methods, {called}: {what}, {seeds} sweeps at {travel} a substep");
             let sum = |f: &dyn Fn(&Sweep) -> usize| sweeps.iter().map(f).sum::<usize>() as f64;
             let through = 100.0 * sum(&|s| s.through) / sum(&|s| s.swept);
             let (greatest, p95) = greatest_and_p95(&sweeps);
