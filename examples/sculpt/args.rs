@@ -38,6 +38,27 @@ impl From<EngineArg> for EngineChoice {
     }
 }
 
+/// Where to make the surface that is shown.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SurfaceArg {
+    /// On the GPU where the window is drawn with one, else on the CPU.
+    Auto,
+    /// On the CPU.
+    Cpu,
+    /// On the GPU, software drivers included.
+    Gpu,
+}
+
+impl From<SurfaceArg> for SurfaceMaker {
+    fn from(arg: SurfaceArg) -> Self {
+        match arg {
+            SurfaceArg::Auto => Self::Auto,
+            SurfaceArg::Cpu => Self::Cpu,
+            SurfaceArg::Gpu => Self::Gpu,
+        }
+    }
+}
+
 /// Sculpts clay in a window.
 #[derive(Parser, Resource, Clone, Debug)]
 #[command(name = "sculpt")]
@@ -51,6 +72,9 @@ pub(crate) struct Args {
     /// Engine of the clay.
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) engine: EngineArg,
+    /// Where the surface that is shown is made.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) surface: SurfaceArg,
     /// Ends after N frames of the window, with a check.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) frames: Option<u64>,

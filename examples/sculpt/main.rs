@@ -146,7 +146,7 @@ fn set_up(
     watch::say(&line);
     notice.text = line;
     let material = start.material(SOFTENING);
-    let settings = ClaySettings { engine: args.engine.into(), inertia, ..default() };
+    let settings = ClaySettings { engine: args.engine.into(), inertia, surface: args.surface.into(), ..default() };
     let look = StandardMaterial {
         base_color: Color::srgb(0.58, 0.42, 0.34),
         perceptual_roughness: 0.88,

@@ -122,6 +122,20 @@ pub enum MeshQuality {
     Fine,
 }
 
+/// Where the surface that is shown is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Default)]
+pub enum SurfaceMaker {
+    /// On the graphics device where the app renders on a hardware adapter, on the processor elsewhere.
+    #[default]
+    Auto,
+    /// On the processor, away from the main thread: a frame or more behind the clay.
+    Cpu,
+    /// On the graphics device, software adapters included, straight into the mesh that is drawn: the frame drawn is the frame simulated. On the processor where the app
+    /// renders nothing.
+    Gpu,
+}
+
 /// How the clay is run and shown; may change at any time.
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Component, Default)]
@@ -139,6 +153,8 @@ pub struct ClaySettings {
     pub is_paused: bool,
     /// How the clay is shown.
     pub mesh: MeshQuality,
+    /// Where its surface is made.
+    pub surface: SurfaceMaker,
     /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less keeps only the start.
     pub snapshot_interval: f32,
 }
@@ -152,6 +168,7 @@ impl Default for ClaySettings {
             is_responsive: true,
             is_paused: false,
             mesh: MeshQuality::Fine,
+            surface: SurfaceMaker::Auto,
             snapshot_interval: 1.0,
         }
     }

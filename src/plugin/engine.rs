@@ -8,6 +8,7 @@ use super::schedule::ClaySystems;
 use super::step::Planner;
 use crate::sim::engine::{Deferred, Engine, EngineError, SurfaceSource};
 use crate::sim::native::NativeEngine;
+use crate::sim::params::Domain;
 use crate::sim::snapshot::Snapshot;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
@@ -71,6 +72,11 @@ impl ClayEngine {
     /// One line that names the engine and what it runs on.
     pub fn describe(&self) -> String {
         self.name.clone()
+    }
+
+    /// The room of the clay.
+    pub(super) fn domain(&self) -> Option<Domain> {
+        Some(self.kept.snapshot.domain)
     }
 
     /// The surface particles at the end of the last reported frame. Converts every particle: see [`Self::surface_deferred`].

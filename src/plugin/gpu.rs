@@ -48,8 +48,13 @@ impl PartialEq for SharedDevice {
 
 impl SharedDevice {
     /// Whether it is the device of this queue.
-    fn is_of(&self, queue: &RenderQueue) -> bool {
+    pub(super) fn is_of(&self, queue: &RenderQueue) -> bool {
         Arc::ptr_eq(&self.mark.0, &queue.0)
+    }
+
+    /// The device itself.
+    pub(super) fn wgpu(&self) -> &wgpu::Device {
+        &self.device.device
     }
 
     /// Whether the adapter is a graphics processor.
@@ -68,8 +73,8 @@ impl SharedDevice {
 /// Both worlds' hold on one engine.
 #[derive(Clone)]
 pub(super) struct Bridge {
-    device: SharedDevice,
-    link: GpuLink,
+    pub(super) device: SharedDevice,
+    pub(super) link: GpuLink,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -140,7 +145,7 @@ fn extract(engines: Extract<Query<&ClayEngine>>, mut bridges: ResMut<Bridges>) {
 
 /// Records the passes of every engine on this device.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut bridges: ResMut<Bridges>) {
+pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut bridges: ResMut<Bridges>) {
     let Bridges { all, recorded } = &mut *bridges;
     recorded.clear();
     for bridge in all.iter().filter(|b| b.device.is_of(&queue)) {

@@ -31,6 +31,7 @@
 
 pub mod clay;
 pub mod diagnostics;
+pub mod draw;
 pub mod engine;
 pub mod follow;
 mod gpu;
@@ -48,7 +49,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// What most programs need.
 pub mod prelude {
     pub use super::ClayPlugins;
-    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes};
+    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes, SurfaceMaker};
     pub use super::engine::ClayEngine;
     pub use super::follow::MaterialFile;
     pub use super::schedule::ClaySystems;
@@ -73,6 +74,7 @@ impl PluginGroup for ClayPlugins {
             .add(report::ReportPlugin)
             .add(step::StepPlugin)
             .add(show::ShowPlugin)
+            .add(draw::DrawPlugin)
             .add(diagnostics::DiagnosticsPlugin)
     }
 }

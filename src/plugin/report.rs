@@ -1,6 +1,7 @@
 //! Hands out what came of frames: messages, status, trouble named once per clay.
 
 use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus};
+use super::draw::Drawn;
 use super::engine::{self, ClayEngine, EngineStart};
 use super::follow::Following;
 use super::gpu::Bridge;
@@ -80,15 +81,19 @@ impl Pace {
 }
 
 /// What a status is written from.
-type Sources<'a> = (&'a EngineStart, Option<&'a mut ClayEngine>, Option<&'a ClaySurface>, Option<&'a Following>);
+type Sources<'a> =
+    (&'a EngineStart, Option<&'a mut ClayEngine>, (Option<&'a ClaySurface>, Option<&'a Drawn>), Option<&'a Following>);
 
 /// Says how each clay is doing.
 pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, mut held: ResMut<HeldTime>) {
     let longest = held.longest_ms();
     let _watch = held.watch();
-    for (mut status, (start, engine, surface, following)) in &mut clays {
+    for (mut status, (start, engine, (surface, drawn), following)) in &mut clays {
         status.main_thread_ms = longest;
         (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.mesh().triangles.len()));
+        if let Some(drawn) = drawn {
+            status.triangle_count = drawn.triangle_count();
+        }
         let mut error = start.error().cloned();
         if let Some(mut engine) = engine {
             let engine = engine.bypass_change_detection();

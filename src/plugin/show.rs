@@ -1,6 +1,7 @@
 //! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
 
 use super::clay::{Clay, ClaySettings, MeshQuality};
+use super::draw::Drawn;
 use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
@@ -22,7 +23,8 @@ use std::time::Instant;
 /// Colour of clay where the app gives no material: worked pottery clay.
 const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
-/// The surface that is shown: the data of the [`Mesh3d`], whose asset lives in the render world alone.
+/// The surface as apps may read it. Where the processor makes what is shown it is that: the data of the [`Mesh3d`], whose asset lives in the render world alone. Where the
+/// graphics device does ([`SurfaceMaker`](super::clay::SurfaceMaker)) it is a coarse one, to point at.
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
     mesh: Arc<Surface>,
@@ -55,6 +57,8 @@ struct State {
     /// Which state of it.
     revision: u64,
     quality: MeshQuality,
+    /// Whether this is the surface that is drawn; else the device makes that one.
+    is_shown: bool,
     /// Counts the app's graphics devices: the mesh is lost with each.
     device: u64,
 }
@@ -98,11 +102,16 @@ impl Plugin for ShowPlugin {
     }
 }
 
+/// The material of clay where the app gives none.
+pub(super) fn clay_material() -> StandardMaterial {
+    StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() }
+}
+
 /// What a clay shows now.
-type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>);
+type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>, Has<Drawn>);
 
 /// Swaps in the surfaces that are ready; drops those of a clay that has been replaced since.
-fn swap(
+pub(super) fn swap(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, &mut Extraction, Shown), With<Clay>>,
     mut meshes: Option<ResMut<Assets<Mesh>>>,
     mut materials: Option<ResMut<Assets<StandardMaterial>>>,
@@ -111,7 +120,7 @@ fn swap(
 ) {
     let _watch = held.watch();
     let Some(meshes) = &mut meshes else { return };
-    for (entity, settings, engine, mut extraction, (surface, mesh, has_material)) in &mut clays {
+    for (entity, settings, engine, mut extraction, (surface, mesh, has_material, is_drawn)) in &mut clays {
         let Some((state, task)) = &mut extraction.under_way else { continue };
         let Some(new) = check_ready(task) else { continue };
         let state = *state;
@@ -122,13 +131,17 @@ fn swap(
         }
         let mut entity = commands.entity(entity);
         entity.insert(ClaySurface { mesh: new.surface.clone(), state, extract_ms: new.extract_ms });
+        if is_drawn {
+            // The device makes what is shown; this one is for apps to read.
+            continue;
+        }
         if new.surface.triangles.is_empty() {
             entity.remove::<(Mesh3d, Aabb)>();
             continue;
         }
         let handle = match mesh {
             // Its own, not one that the app put there.
-            Some(Mesh3d(own)) if surface.is_some() => {
+            Some(Mesh3d(own)) if surface.is_some_and(|s| s.state.is_shown) => {
                 // Fails only for an asset that is gone, which a strong handle rules out.
                 let _ = meshes.insert(own.id(), new.mesh);
                 own.clone()
@@ -139,14 +152,13 @@ fn swap(
         if let Some(materials) = &mut materials
             && !has_material
         {
-            let clay = StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() };
-            entity.insert(MeshMaterial3d(materials.add(clay)));
+            entity.insert(MeshMaterial3d(materials.add(clay_material())));
         }
     }
 }
 
 /// What is shown, and on its way.
-type Showing<'a> = (&'a mut Extraction, Option<&'a ClaySurface>);
+type Showing<'a> = (&'a mut Extraction, Option<&'a ClaySurface>, Has<Drawn>);
 
 /// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for nothing.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
@@ -163,7 +175,7 @@ pub(super) fn request(
     if meshes.is_none() {
         return;
     }
-    for (entity, settings, engine, (mut extraction, surface)) in &mut clays {
+    for (entity, settings, engine, (mut extraction, surface, is_drawn)) in &mut clays {
         let tier = match settings.mesh {
             MeshQuality::Off => {
                 if surface.is_some() {
@@ -171,11 +183,13 @@ pub(super) fn request(
                 }
                 continue;
             }
+            // Good enough to point at.
+            _ if is_drawn => Tier::Coarse,
             MeshQuality::Coarse => Tier::Coarse,
             MeshQuality::Fine => Tier::Fine,
         };
         let (generation, revision) = (engine.generation, engine.revision);
-        let state = State { generation, revision, quality: settings.mesh, device: *device_count };
+        let state = State { generation, revision, quality: settings.mesh, is_shown: !is_drawn, device: *device_count };
         if extraction.under_way.is_none()
             && !engine.is_leaving
             && surface.is_none_or(|s| s.state != state)

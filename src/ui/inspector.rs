@@ -17,9 +17,12 @@ pub(super) fn window(world: &mut World) {
     // The clay before its tools.
     let mut entities: Vec<Entity> = world.query_filtered::<Entity, Shown>().iter(world).collect();
     entities.sort_by_key(|entity| !world.entity(*entity).contains::<Clay>());
+    // Below the clay's window, however many rows that has.
+    let corner = context.get_mut().content_rect().left_bottom() + egui::vec2(8.0, -8.0);
     egui::Window::new("Inspector")
         .default_open(false)
-        .default_pos([8.0, 544.0])
+        .default_pos(corner)
+        .pivot(egui::Align2::LEFT_BOTTOM)
         .default_width(320.0)
         .max_height(160.0)
         .vscroll(true)

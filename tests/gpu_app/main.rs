@@ -212,6 +212,54 @@ fn fault_of_the_app_goes_to_the_app() -> Result<(), Failed> {
     check(SEEN.load(Ordering::Relaxed) == 1, format!("seen {} times", SEEN.load(Ordering::Relaxed)))
 }
 
+/// A ball of `radius` cells that floats in its room.
+fn ball(radius: f64) -> Snapshot {
+    let size = 2.0 * radius.ceil() + 8.0;
+    let domain = Domain::new(DVec3::ZERO, DVec3::splat(size) * DX, DX, Walls::default()).expect("domain");
+    let middle = domain.to_grid(DVec3::splat(size / 2.0) * DX);
+    let n = 2 * (2.0 * radius.ceil()) as i32;
+    let at = |i: i32| DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) * 0.5 + 0.25 - radius.ceil();
+    let inside = (0..n * n * n).map(at).filter(|at| at.length() < radius);
+    let particles = inside.zip(0..).map(|(at, id)| Particle::at(middle + at, (DX.powi(3) / 8.0) as f32, id)).collect();
+    Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles }
+}
+
+/// Triangles that the processor makes of the clay as it stands.
+fn triangles(world: &World, clay: Entity) -> usize {
+    let source = world.get::<ClayEngine>(clay).and_then(ClayEngine::surface).expect("a surface");
+    extract(&source, &SurfaceSettings::new(Tier::Fine)).triangles.len()
+}
+
+/// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has moved, and of clay that the first mesh has no room for; who makes them
+/// may change at any time.
+fn surface_is_made_on_the_device() -> Result<(), Failed> {
+    for (engine, snapshot) in [(EngineChoice::Native, cube()), (EngineChoice::Gpu, cube()), (EngineChoice::Native, ball(12.2))] {
+        let mut app = app();
+        let gravity = DVec3::NEG_Y * GRAVITY;
+        let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, ..default() };
+        let clay = app.world_mut().spawn((Clay::new(snapshot), settings)).id();
+        settle(&mut app, "an engine", |world| world.get::<ClayEngine>(clay).is_some())?;
+        let expected = triangles(app.world(), clay);
+        settle(&mut app, "the surface", |world| status(world, clay).triangle_count == expected)?;
+        let mesh = |world: &World| world.get::<Mesh3d>(clay).map(|mesh| mesh.id());
+        let drawn = mesh(app.world());
+        check(drawn.is_some(), "nothing to draw")?;
+        run(&mut app, clay, 0.01)?;
+        let expected = triangles(app.world(), clay);
+        // What changes by less than a hundredth is not extracted anew.
+        let is_near = |count: usize| count.abs_diff(expected) <= expected / 50;
+        settle(&mut app, "the surface after a while", |world| is_near(status(world, clay).triangle_count))?;
+        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Cpu;
+        let by_processor = |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().triangles.len()) == expected;
+        settle(&mut app, "the processor's surface", |world| {
+            by_processor(world) && mesh(world).is_some_and(|m| Some(m) != drawn)
+        })?;
+        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Gpu;
+        settle(&mut app, "the device's again", |world| !by_processor(world) && status(world, clay).triangle_count == expected)?;
+    }
+    Ok(())
+}
+
 /// No system of the plugin runs in an order left to chance, in any schedule of both worlds.
 fn systems_have_an_order() -> Result<(), Failed> {
     let mut app = App::new();
@@ -230,7 +278,7 @@ fn systems_have_an_order() -> Result<(), Failed> {
         );
         Ok(())
     };
-    let systems = ["start", "admit", "report", "keep", "step", "swap", "request", "status", "measure"];
+    let systems = ["start", "admit", "report", "keep", "step", "choose", "swap", "request", "status", "measure"];
     look(app.world(), Update.intern(), &systems)?;
     let render = app.get_sub_app(RenderApp).ok_or("no render world")?.world();
     look(render, ExtractSchedule.intern(), &["extract"])?;
@@ -245,12 +293,13 @@ fn main() {
     let mut arguments = Arguments::from_args();
     // Software adapters use all cores for each.
     arguments.test_threads.get_or_insert(1);
-    let trials: [(&str, Test); 6] = [
+    let trials: [(&str, Test); 7] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
         ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
         ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
         ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
+        ("surface_is_made_on_the_device", surface_is_made_on_the_device),
         ("systems_have_an_order", systems_have_an_order),
     ];
     let mode = GpuMode::from_env().expect("CLAY_GPU");

@@ -7,8 +7,8 @@ mod clay;
 #[path = "../../examples/validate/surface/device.rs"]
 mod device;
 
-use bevy_clay::sim::engine::SurfaceSource;
-use bevy_clay::sim::gpu::{GpuDevice, GpuMode};
+use bevy_clay::sim::engine::{SurfaceSource, Validation};
+use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::{extract, extract_field};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
@@ -17,7 +17,7 @@ use bevy_clay::surface::mesh::Mesh;
 use bevy_clay::surface::weld::print_ready;
 use clay::{CELL, CutCube, Random, affine, ball, domain};
 use device::{Device, Output};
-use glam::{DMat3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::LazyLock;
 
@@ -197,16 +197,57 @@ fn odd_particles_are_left_out(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
+/// From the engine's own buffer, as loaded and after a frame: what comes by way of the processor.
+fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
+    let domain = domain(12.0);
+    let low = domain.wall_nodes().0.as_dvec3() + 2.0;
+    let volume = (domain.cell_width.powi(3) / 8.0) as f32;
+    let at = |i: u32| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)) * 0.5 + 0.25;
+    let particles = (0..512).map(|i| Particle::at(low + at(i), volume, i)).collect();
+    let material = Preset::SoftClay.material();
+    let mut engine = GpuEngine::new(device.gpu())?;
+    engine.load(&Snapshot { domain, material, time: 0.0, particles })?;
+    let settings = SurfaceSettings::default();
+    for frame in 0..2u64 {
+        if frame > 0 {
+            let dt = 0.5 * material.time_step_limit(domain.cell_width, material.density);
+            let plan = FramePlan {
+                id: frame,
+                dt,
+                steps: 20,
+                material,
+                density_scale: 1.0,
+                gravity: DVec3::new(0.0, -2e3, 0.0),
+                tools: vec![],
+                volume_averaging: 0.0,
+                cutting: CuttingMethod::default(),
+                seed: 0,
+                validation: Validation::default(),
+            };
+            engine.submit(plan)?;
+            let report = engine.wait()?;
+            assert!(report.health.is_ok() && report.momentum.length() > 0.0, "{}", report.health);
+        }
+        let source = engine.surface().ok_or("a surface")?;
+        let (buffer, count) = engine.link().surface_particles().ok_or("particles")?;
+        let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(count as usize));
+        let ours = run.frame_of((&buffer, count), false);
+        assert!(ours.status.index_count > 0 && ours.words == device.extract(&source, &settings).words, "frame {frame}");
+    }
+    Ok(())
+}
+
 fn main() {
     let arguments = Arguments::from_args();
     type Test = fn(&Device) -> Result<(), Failed>;
-    let tests: [(&str, Test); 6] = [
+    let tests: [(&str, Test); 7] = [
         ("random_fields_agree", random_fields_agree),
         ("clay_agrees", clay_agrees),
         ("normals_agree", normals_agree),
         ("clay_at_rest_stays_bit_identical", clay_at_rest_stays_bit_identical),
         ("want_of_room_is_told", want_of_room_is_told),
         ("odd_particles_are_left_out", odd_particles_are_left_out),
+        ("engine_particles_are_taken_in_place", engine_particles_are_taken_in_place),
     ];
     let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
     let is_ignored = DEVICE.is_err() && mode != GpuMode::Require;

@@ -98,6 +98,14 @@ impl GpuLink {
         })
     }
 
+    /// The surface particles on the device ([`SurfaceParticle`](super::engine::SurfaceParticle), 24 bytes each), and how many: as they were loaded, and from then on at the end of the
+    /// last frame that the device has run. Passes that are recorded after this engine's in a frame see what these make of them.
+    pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {
+        let guard = lock(&self.shared.solver);
+        let buffers = guard.as_ref()?.buffers();
+        Some((buffers.surface.clone(), buffers.particle_count))
+    }
+
     /// To be called after the encoder's commands were submitted.
     pub fn submitted(&self) {
         if let Some(solver) = lock(&self.shared.solver).as_mut()

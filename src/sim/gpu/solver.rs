@@ -177,6 +177,8 @@ impl Solver {
         buffers::check_limits(&device.limits(), count, &domain, size)?;
         let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
         queue.write_buffer(&made.records[0], 0, bytemuck::cast_slice(&particles));
+        let surface: Vec<_> = particles.iter().map(|p| super::report::surface_particle(p, domain.cell_width)).collect();
+        queue.write_buffer(&made.surface, 0, bytemuck::cast_slice(&surface));
         let mass_unit = mass_unit(&domain);
         let forecast = super::report::forecast(&snapshot.material, &domain, &particles, mass_unit);
         Ok(Self {

@@ -1,0 +1,282 @@
+//! The surface straight on the graphics device: passes write it into the mesh that Bevy draws, in the frame in which the clay moves.
+//!
+//! The mesh is an asset like any other, so that materials, shadows and any number of cameras see it; its vertices and indices stand in the slabs of Bevy's mesh
+//! allocator, where the passes write them each frame before any camera. How many are drawn is settled when the asset is made: the mesh is as large as its capacity, and
+//! triangles that are not there are points. Where the capacity is too small, the next one takes its place.
+
+use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceMaker};
+use super::engine::ClayEngine;
+use super::gpu::{AppDevice, Bridge, SharedDevice};
+use super::held::HeldTime;
+use super::schedule::ClaySystems;
+use crate::sim::engine::{Deferred, SurfaceSource};
+use crate::sim::gpu::GpuError;
+use crate::sim::params::Domain;
+use crate::surface::field::{SurfaceSettings, Tier};
+use crate::surface::gpu::{SurfaceKernels, SurfaceStatus, flag};
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::primitives::Aabb;
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::core_pipeline::schedule::camera_driver;
+use bevy::mesh::{Indices, MeshVertexAttribute, PrimitiveTopology, VertexFormat};
+use bevy::prelude::*;
+use bevy::render::mesh::allocator::MeshAllocatorSettings;
+use bevy::render::render_resource::BufferUsages;
+use bevy::render::renderer::{RenderGraph, RenderGraphSystems};
+use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+mod passes;
+
+/// The number of a vertex's edge. With it a vertex has 28 bytes, which hardly any other mesh has: so these meshes have slabs of their own.
+const EDGE_NUMBER: MeshVertexAttribute = MeshVertexAttribute::new("Vertex_ClayEdge", 0x636c_6179_6564_6765, VertexFormat::Uint32);
+
+/// Triangles that the first mesh of a clay has room for, and by how much the next is larger.
+const CAPACITY_FIRST: u32 = 16_384;
+const CAPACITY_GROWTH: u32 = 4;
+/// Vertices for each triangle: half, and a third of that again where blocks meet.
+const VERTICES_PER_TRIANGLE: f64 = 0.75;
+/// Greatest slab [bytes]: what a binding may have on every device.
+const SLAB_MAX: u64 = 128 << 20;
+
+/// Room in a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Capacity {
+    vertices: u32,
+    indices: u32,
+}
+
+impl Capacity {
+    /// Room for so many triangles.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
+    fn of_triangles(count: u32) -> Self {
+        Self { vertices: (f64::from(count) * VERTICES_PER_TRIANGLE) as u32, indices: 3 * count }
+    }
+
+    /// The next size in which what `status` asks for finds room.
+    fn grown(self, status: &SurfaceStatus) -> Self {
+        let mut triangles = self.indices / 3;
+        loop {
+            triangles = triangles.saturating_mul(CAPACITY_GROWTH);
+            let next = Self::of_triangles(triangles);
+            if (next.vertices >= status.vertex_count && next.indices >= status.index_count) || triangles > 1 << 28 {
+                return next;
+            }
+        }
+    }
+
+    /// A mesh of this size in which nothing is seen, its vertices at the corners of the room.
+    fn placeholder(self, (low, high): (Vec3, Vec3)) -> Mesh {
+        let count = self.vertices as usize;
+        let corner = |i: usize| if i.is_multiple_of(2) { low.to_array() } else { high.to_array() };
+        Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, (0..count).map(corner).collect::<Vec<_>>())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 1.0, 0.0]; count])
+            .with_inserted_attribute(EDGE_NUMBER, vec![0u32; count])
+            .with_inserted_indices(Indices::U32(vec![0; self.indices as usize]))
+    }
+}
+
+/// What the render world says of a surface.
+#[derive(Debug, Default)]
+struct Told {
+    status: Option<SurfaceStatus>,
+    fault: Option<String>,
+}
+
+/// A clay whose surface is made on the graphics device.
+#[derive(Component, Clone)]
+pub(super) struct Drawn {
+    mesh: Handle<Mesh>,
+    capacity: Capacity,
+    tier: Tier,
+    domain: Domain,
+    generation: u64,
+    kernels: SurfaceKernels,
+    device: SharedDevice,
+    told: Arc<Mutex<Told>>,
+}
+
+impl Drawn {
+    fn told(&self) -> MutexGuard<'_, Told> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What went wrong in the render world, once.
+    fn take_fault(&self) -> Option<String> {
+        self.told().fault.take()
+    }
+
+    /// The mesh's capacity, or the next one if the surface did not find room in it.
+    fn capacity_wanted(&self) -> Capacity {
+        let full = self.told().status.filter(|status| status.flags & flag::MESH_FULL != 0);
+        full.map_or(self.capacity, |status| self.capacity.grown(&status))
+    }
+
+    /// Triangles shown, as far as is known.
+    pub(super) fn triangle_count(&self) -> usize {
+        self.told().status.map_or(0, |status| status.index_count as usize / 3)
+    }
+}
+
+/// The compiled passes of the app's device.
+#[derive(Resource, Default)]
+struct Compiled {
+    device: Option<SharedDevice>,
+    under_way: Option<Task<Result<SurfaceKernels, GpuError>>>,
+    kernels: Option<SurfaceKernels>,
+    /// Why surfaces are made on the processor after all.
+    fault: Option<String>,
+}
+
+impl Compiled {
+    /// The passes of `device`, once they are compiled.
+    fn get(&mut self, device: &SharedDevice) -> Option<SurfaceKernels> {
+        if self.device.as_ref() != Some(device) {
+            let wgpu = device.wgpu().clone();
+            let under_way = AsyncComputeTaskPool::get().spawn(async move { SurfaceKernels::new(&wgpu) });
+            *self = Self { device: Some(device.clone()), under_way: Some(under_way), ..Self::default() };
+        }
+        match self.under_way.as_mut().and_then(check_ready) {
+            Some(Ok(kernels)) => (self.kernels, self.under_way) = (Some(kernels), None),
+            Some(Err(error)) => {
+                warn!("clay surfaces are made on the processor: {error}");
+                (self.fault, self.under_way) = (Some(error.to_string()), None);
+            }
+            None => {}
+        }
+        self.kernels.clone().filter(|_| self.fault.is_none())
+    }
+}
+
+/// Makes surfaces on the graphics device; does nothing in an app without one.
+pub(super) struct DrawPlugin;
+
+impl Plugin for DrawPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Compiled>().add_systems(Update, choose.in_set(ClaySystems::Show).before(super::show::swap));
+        open_slabs(app);
+    }
+
+    fn finish(&self, app: &mut App) {
+        // The renderer may have been added after this plugin.
+        open_slabs(app);
+        let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
+        render
+            .init_resource::<passes::Surfaces>()
+            .add_systems(ExtractSchedule, extract)
+            .add_systems(
+                RenderGraph,
+                passes::record.in_set(RenderGraphSystems::Render).after(super::gpu::record).before(camera_driver),
+            )
+            .add_systems(Render, passes::submitted.in_set(RenderSystems::Cleanup));
+    }
+}
+
+/// Lets passes write into the slabs of meshes, of a size that a binding may have.
+fn open_slabs(app: &mut App) {
+    let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
+    let mut settings = render.world_mut().get_resource_or_init::<MeshAllocatorSettings>();
+    settings.extra_buffer_usages |= BufferUsages::STORAGE;
+    settings.max_slab_size = settings.max_slab_size.min(SLAB_MAX);
+    settings.large_threshold = settings.large_threshold.min(SLAB_MAX);
+}
+
+/// What is drawn now.
+type Shown<'a> = (Option<&'a Drawn>, Has<MeshMaterial3d<StandardMaterial>>);
+
+/// What the mesh is put into.
+type Store<'w> = (Option<ResMut<'w, Assets<Mesh>>>, Option<ResMut<'w, Assets<StandardMaterial>>>);
+
+/// Chooses where each clay's surface is made; gives those that the device makes a mesh that is large enough.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+fn choose(
+    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Shown), With<Clay>>,
+    app: AppDevice,
+    (meshes, mut materials): Store,
+    mut compiled: ResMut<Compiled>,
+    mut commands: Commands,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    let Some(mut meshes) = meshes else { return };
+    let device = app.get();
+    for (entity, settings, engine, (drawn, has_material)) in &mut clays {
+        let mut entity = commands.entity(entity);
+        if let Some(fault) = drawn.and_then(Drawn::take_fault) {
+            warn!("clay surfaces are made on the processor: {fault}");
+            compiled.fault = Some(fault);
+        }
+        let wanted = device.as_ref().filter(|device| is_wanted_on(device, settings));
+        let ready = wanted.and_then(|device| Some((device.clone(), compiled.get(device)?)));
+        let (Some((device, kernels)), Some(domain)) = (ready, engine.domain()) else {
+            if drawn.is_some() {
+                // The next surface of the processor takes the mesh's place.
+                entity.remove::<(Drawn, Mesh3d, Aabb)>();
+            }
+            continue;
+        };
+        let tier = if settings.mesh == MeshQuality::Coarse { Tier::Coarse } else { Tier::Fine };
+        let (capacity, generation) =
+            (drawn.map_or(Capacity::of_triangles(CAPACITY_FIRST), Drawn::capacity_wanted), engine.generation);
+        let is_same_room = |d: &&Drawn| (d.capacity, d.domain) == (capacity, domain) && d.device == device;
+        if drawn.filter(is_same_room).is_some_and(|d| (d.tier, d.generation) == (tier, generation)) {
+            continue;
+        }
+        let (low, high) = domain.corners();
+        let (low, high) = (low.as_vec3(), high.as_vec3());
+        // Another tier or engine in the same room goes on in the same mesh.
+        let kept = drawn.filter(is_same_room).map(|d| d.mesh.clone());
+        let mesh = kept.unwrap_or_else(|| meshes.add(capacity.placeholder((low, high))));
+        entity.insert((Mesh3d(mesh.clone()), Aabb::from_min_max(low, high), NoAutoAabb));
+        entity.insert(Drawn { mesh, capacity, tier, domain, generation, kernels, device, told: Arc::default() });
+        if let Some(materials) = materials.as_mut().filter(|_| !has_material) {
+            entity.insert(MeshMaterial3d(materials.add(super::show::clay_material())));
+        }
+    }
+}
+
+/// Whether the surface of clay with these settings is to be made on the app's device.
+fn is_wanted_on(device: &SharedDevice, settings: &ClaySettings) -> bool {
+    let is_wanted = match settings.surface {
+        SurfaceMaker::Auto => device.is_hardware(),
+        SurfaceMaker::Cpu => false,
+        SurfaceMaker::Gpu => true,
+    };
+    is_wanted && settings.mesh != MeshQuality::Off
+}
+
+/// One surface to be made in this frame.
+struct Job {
+    entity: Entity,
+    drawn: Drawn,
+    source: JobSource,
+}
+
+/// Where the particles of a surface come from.
+enum JobSource {
+    /// They are on the device.
+    Engine(Bridge),
+    /// They are with an engine on the processor, in this state.
+    Processor(u64, Deferred<SurfaceSource>),
+}
+
+/// Takes over what is to be drawn.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+fn extract(clays: Extract<Query<(Entity, &ClayEngine, &Drawn)>>, mut surfaces: ResMut<passes::Surfaces>) {
+    let job = |(entity, engine, drawn): (Entity, &ClayEngine, &Drawn)| {
+        let source = match &engine.bridge {
+            Some(bridge) => JobSource::Engine(bridge.clone()),
+            None => JobSource::Processor(engine.revision, engine.surface_deferred()?),
+        };
+        Some(Job { entity, drawn: drawn.clone(), source })
+    };
+    surfaces.set_jobs(clays.iter().filter_map(job).collect());
+}
+
+/// The settings of a tier.
+fn settings(tier: Tier) -> SurfaceSettings {
+    SurfaceSettings::new(tier)
+}

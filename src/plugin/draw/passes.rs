@@ -1,0 +1,204 @@
+//! The render world's part: particles to the device where they are not there, the passes into the slabs, what they say back.
+
+use super::{Drawn, Job, JobSource, settings};
+use crate::sim::engine::SurfaceParticle;
+use crate::sim::gpu::GpuError;
+use crate::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceRoom, flag};
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use bevy::render::mesh::allocator::MeshAllocator;
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
+use bevy::tasks::futures::now_or_never;
+use std::sync::{Mutex, PoisonError};
+
+/// The surfaces of the frame that is rendered.
+#[derive(Resource, Default)]
+pub(super) struct Surfaces {
+    /// In a mutex because what makes particles may be sent, and not shared.
+    jobs: Mutex<Vec<Job>>,
+    made: HashMap<Entity, Made>,
+}
+
+impl Surfaces {
+    pub(super) fn set_jobs(&mut self, jobs: Vec<Job>) {
+        self.made.retain(|entity, _| jobs.iter().any(|job| job.entity == *entity));
+        self.jobs = Mutex::new(jobs);
+    }
+}
+
+/// A surface and what it is made for.
+struct Made {
+    drawn: Drawn,
+    surface: GpuSurface,
+    particle_count: u32,
+    /// Particles from the processor, and in which state: engine and revision.
+    upload: Option<(wgpu::Buffer, (u64, u64))>,
+    /// Where the mesh stood when it was last written.
+    place: Option<Place>,
+    readback: StatusReadback,
+}
+
+/// A mesh's place in the slabs.
+#[derive(Clone, Debug, PartialEq)]
+struct Place {
+    vertices: wgpu::Buffer,
+    vertex_first: u32,
+    indices: wgpu::Buffer,
+    index_first: u32,
+}
+
+impl Made {
+    fn new(drawn: &Drawn, particle_count: u32, room: SurfaceRoom) -> Result<Self, GpuError> {
+        let surface = GpuSurface::new(&drawn.kernels, &drawn.domain, particle_count, &settings(drawn.tier), room)?;
+        let readback = StatusReadback::new(drawn.device.wgpu());
+        Ok(Self { drawn: drawn.clone(), surface, particle_count, upload: None, place: None, readback })
+    }
+
+    /// Whether it is made for these particles and this mesh.
+    fn fits(&self, drawn: &Drawn, particle_count: u32) -> bool {
+        let (a, b) = (&self.drawn, drawn);
+        (a.tier, a.domain, self.particle_count) == (b.tier, b.domain, particle_count) && a.device == b.device
+    }
+}
+
+/// Records the passes of every surface, after those of the engines and before any camera.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn record(
+    mut context: RenderContext,
+    queue: Res<RenderQueue>,
+    allocator: Res<MeshAllocator>,
+    mut surfaces: ResMut<Surfaces>,
+) {
+    let Surfaces { jobs, made } = &mut *surfaces;
+    let jobs = std::mem::take(jobs.get_mut().unwrap_or_else(PoisonError::into_inner));
+    for job in jobs.into_iter().filter(|job| job.drawn.device.is_of(&queue)) {
+        let (entity, drawn) = (job.entity, job.drawn.clone());
+        match one(job, made, &queue, &allocator) {
+            Ok(Some(commands)) => context.add_command_buffer(commands),
+            Ok(None) => {}
+            Err(reason) => {
+                made.remove(&entity);
+                drawn.told().fault.get_or_insert(reason);
+            }
+        }
+    }
+}
+
+/// The commands of one surface; none while there is nothing to be made or nowhere to put it.
+fn one(
+    job: Job,
+    made: &mut HashMap<Entity, Made>,
+    queue: &RenderQueue,
+    allocator: &MeshAllocator,
+) -> Result<Option<wgpu::CommandBuffer>, String> {
+    let Job { entity, drawn, source } = job;
+    let id = drawn.mesh.id();
+    let (Some(vertices), Some(indices)) = (allocator.mesh_vertex_slice(&id), allocator.mesh_index_slice(&id)) else {
+        return Ok(None);
+    };
+    let place = Place {
+        vertices: (**vertices.buffer).clone(),
+        vertex_first: vertices.range.start,
+        indices: (**indices.buffer).clone(),
+        index_first: indices.range.start,
+    };
+    let Some(particles) = particles(&drawn, entity, source, made, queue)? else { return Ok(None) };
+    let Some(surface) = made.get_mut(&entity) else { return Ok(None) };
+    let device = drawn.device.wgpu();
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("clay surface") });
+    let target = MeshTarget {
+        vertices: &place.vertices,
+        vertex_first: place.vertex_first,
+        vertex_capacity: vertices.range.len() as u32,
+        indices: &place.indices,
+        index_first: place.index_first,
+        index_capacity: indices.range.len() as u32,
+    };
+    let is_elsewhere = surface.place.as_ref() != Some(&place);
+    surface.surface.encode(queue, &mut encoder, (&particles, surface.particle_count), &target, is_elsewhere);
+    surface.place = Some(place.clone());
+    surface.readback.encode(&mut encoder, &surface.surface);
+    let commands = encoder.finish();
+    // Ready at once on every native back end.
+    match now_or_never(scope.pop()) {
+        Some(Some(error)) => Err(error.to_string()),
+        _ => Ok(Some(commands)),
+    }
+}
+
+/// The particles on the device, with a surface in `made` that fits them; none for clay without particles.
+fn particles(
+    drawn: &Drawn,
+    entity: Entity,
+    source: JobSource,
+    made: &mut HashMap<Entity, Made>,
+    queue: &RenderQueue,
+) -> Result<Option<wgpu::Buffer>, String> {
+    let (revision, make) = match source {
+        JobSource::Engine(bridge) => {
+            let Some((buffer, count)) = bridge.link.surface_particles().filter(|p| p.1 > 0) else { return Ok(None) };
+            fit(drawn, entity, made, count)?;
+            return Ok(Some(buffer));
+        }
+        JobSource::Processor(revision, make) => (revision, make),
+    };
+    let state = (drawn.generation, revision);
+    if let Some(known) = made.get(&entity)
+        && known.fits(drawn, known.particle_count)
+        && let Some((buffer, _)) = known.upload.clone().filter(|upload| upload.1 == state)
+    {
+        let count = known.particle_count;
+        fit(drawn, entity, made, count)?;
+        let fitting = made.get_mut(&entity);
+        return Ok(fitting.map(|made| made.upload.insert((buffer, state)).0.clone()));
+    }
+    let source = make();
+    let count = source.particles.len() as u32;
+    if count == 0 {
+        return Ok(None);
+    }
+    fit(drawn, entity, made, count)?;
+    Ok(made.get_mut(&entity).map(|made| {
+        let buffer = made.upload.take().map_or_else(|| upload_buffer(drawn, count), |upload| upload.0);
+        queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&source.particles));
+        made.upload.insert((buffer, state)).0.clone()
+    }))
+}
+
+/// Makes a surface for `count` particles in `made`, if there is none that fits, or if the last status asks for more room.
+fn fit(drawn: &Drawn, entity: Entity, made: &mut HashMap<Entity, Made>, count: u32) -> Result<(), String> {
+    let status = made.get(&entity).and_then(|made| made.readback.take());
+    if let Some(status) = status {
+        drawn.told().status = Some(status);
+    }
+    let fitting = made.get(&entity).filter(|m| m.fits(drawn, count));
+    let room = fitting.map_or_else(|| SurfaceRoom::for_particles(count as usize), |m| m.surface.room());
+    let needs_more = status.filter(|s| s.flags & (flag::BLOCKS_FULL | flag::SHEETS_FULL) != 0);
+    let grown = needs_more.map_or(room, |status| room.grown(&status));
+    if fitting.is_none() || grown != room {
+        made.insert(entity, Made::new(drawn, count, grown).map_err(|e| e.to_string())?);
+    } else if needs_more.is_some() {
+        return Err("the clay has more cuts, or takes more room, than a surface on the device can have".into());
+    }
+    Ok(())
+}
+
+fn upload_buffer(drawn: &Drawn, count: u32) -> wgpu::Buffer {
+    drawn.device.wgpu().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("clay surface:particles"),
+        size: u64::from(count) * size_of::<SurfaceParticle>() as u64,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// Asks for the statuses whose copies are on their way, and asks the device what has come.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn submitted(device: Res<RenderDevice>, surfaces: Res<Surfaces>) {
+    surfaces.made.values().for_each(|made| made.readback.submitted());
+    if !surfaces.made.is_empty() {
+        // An error here is the loss of the device, which Bevy hears of by itself.
+        let _ = device.poll(wgpu::PollType::Poll);
+    }
+}
