@@ -103,6 +103,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("cut methods", "cut methods, ours: swept", "nothing passes"),
     exact("cut methods", "cut methods, ours: greatest depth", "nothing passes"),
     exact("blade at rest", "", "nothing changes sides"),
+    exact("closed cut", "", ""),
+    exact("welded cut", "", ""),
     compared("creep", "", "`u = v t`", "positions from the grid's origin in f32: does not move at all"),
     exact("shift", "", "the same bits"),
     exact("crowded cells", "", ""),
