@@ -12,7 +12,7 @@ use super::schedule::ClaySystems;
 use crate::sim::engine::{Deferred, SurfaceSource};
 use crate::sim::gpu::GpuError;
 use crate::sim::params::Domain;
-use crate::surface::field::{SurfaceSettings, Tier};
+use crate::surface::field::Tier;
 use crate::surface::gpu::{SurfaceKernels, SurfaceStatus, flag};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
@@ -274,9 +274,4 @@ fn extract(clays: Extract<Query<(Entity, &ClayEngine, &Drawn)>>, mut surfaces: R
         Some(Job { entity, drawn: drawn.clone(), source })
     };
     surfaces.set_jobs(clays.iter().filter_map(job).collect());
-}
-
-/// The settings of a tier.
-fn settings(tier: Tier) -> SurfaceSettings {
-    SurfaceSettings::new(tier)
 }

@@ -284,18 +284,6 @@ pub struct SurfaceParticle {
     pub tags: u32,
 }
 
-impl SurfaceParticle {
-    /// The side (+1, 0, -1) of the first cut.
-    pub fn side(&self) -> i8 {
-        self.tags.to_le_bytes()[1].cast_signed().signum()
-    }
-
-    /// The sheet id of the first cut; 0 where there is none.
-    pub fn sheet(&self) -> u8 {
-        self.tags.to_le_bytes()[0]
-    }
-}
-
 /// What any extractor reads, whichever engine made it.
 #[derive(Clone, Debug)]
 pub struct SurfaceSource {

@@ -124,6 +124,6 @@ pub mod prelude {
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::plan::{InertiaScaling, StepLimits};
     pub use super::sheets::Sheets;
-    pub use super::snapshot::{Particle, Side, Snapshot, SnapshotError, Tag};
+    pub use super::snapshot::{Particle, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

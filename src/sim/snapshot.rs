@@ -5,38 +5,6 @@ use super::params::{Domain, Wall, Walls};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, IVec3};
 
-/// The side of a cut that a particle is on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Side {
-    /// Behind the blade.
-    Back,
-    /// On no side: not near a cut.
-    #[default]
-    None,
-    /// In front of the blade.
-    Front,
-}
-
-impl Side {
-    /// +1 in front, -1 behind, 0 for none.
-    pub fn sign(self) -> i8 {
-        match self {
-            Self::Back => -1,
-            Self::None => 0,
-            Self::Front => 1,
-        }
-    }
-
-    /// The side of a sign.
-    pub fn from_sign(sign: i8) -> Self {
-        match sign {
-            ..0 => Self::Back,
-            0 => Self::None,
-            1.. => Self::Front,
-        }
-    }
-}
-
 /// A particle's relation to one cut: which sheet, which side of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]

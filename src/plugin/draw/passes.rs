@@ -1,8 +1,9 @@
 //! The render world's part: particles to the device where they are not there, the passes into the slabs, what they say back.
 
-use super::{Drawn, Job, JobSource, settings};
+use super::{Drawn, Job, JobSource};
 use crate::sim::engine::SurfaceParticle;
 use crate::sim::gpu::GpuError;
+use crate::surface::field::SurfaceSettings;
 use crate::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceRoom, flag};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
@@ -49,7 +50,7 @@ struct Place {
 
 impl Made {
     fn new(drawn: &Drawn, particle_count: u32, room: SurfaceRoom) -> Result<Self, GpuError> {
-        let surface = GpuSurface::new(&drawn.kernels, &drawn.domain, particle_count, &settings(drawn.tier), room)?;
+        let surface = GpuSurface::new(&drawn.kernels, &drawn.domain, particle_count, &SurfaceSettings::new(drawn.tier), room)?;
         let readback = StatusReadback::new(drawn.device.wgpu());
         Ok(Self { drawn: drawn.clone(), surface, particle_count, upload: None, place: None, readback })
     }
