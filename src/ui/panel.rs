@@ -2,7 +2,7 @@
 
 use super::material::{self, Row};
 use super::request::{BodyFiles, ClayNotice, ClayRequest, ExportFormat};
-use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality};
+use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality, SurfaceMaker};
 use crate::sim::material::ClayMaterial;
 use crate::sim::plan::InertiaScaling;
 use bevy::prelude::*;
@@ -120,6 +120,9 @@ fn choices(ui: &mut egui::Ui, settings: &mut ClaySettings) {
     let surfaces = [(MeshQuality::Off, "none"), (MeshQuality::Coarse, "coarse"), (MeshQuality::Fine, "fine")];
     let hover = "The surface that is drawn: coarse has a quarter of the triangles of fine.";
     choice(ui, "surface", hover, &mut settings.mesh, &surfaces);
+    let makers = [(SurfaceMaker::Auto, "best there is"), (SurfaceMaker::Cpu, "CPU"), (SurfaceMaker::Gpu, "GPU")];
+    let hover = "Where the surface is made. On the GPU the frame drawn is the frame simulated.";
+    choice(ui, "made on", hover, &mut settings.surface, &makers);
 }
 
 fn choice<T: Copy + PartialEq>(ui: &mut egui::Ui, name: &str, hover: &str, value: &mut T, choices: &[(T, &str)]) {
