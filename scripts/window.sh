@@ -116,13 +116,13 @@ picture 4_cut
 grep -q "1 bodies before, 2 bodies now" <<<"$stroke" || fail "the knife did not cut the clay in two"
 
 # Coarser cells: the shape is filled anew, and is still two bodies.
-drag 161 289 171 289
+drag 161 310 171 310
 await "stands on cells" 180
 xdotool key h
 picture 5_help
 xdotool key h
 # The inspector opens by its title.
-move 24 562
+move 24 775
 xdotool click 1
 picture 6_inspector
 xdotool click 1 key e
