@@ -343,7 +343,7 @@ impl Filter {
             |slot| !raw.is_empty() && has_source(slot),
             |slot, out| {
                 let mut tile = vec![0.0; size * size * size];
-                grid.load(raw, grid.blocks()[slot], self.first, size as i32, &mut tile);
+                grid.load(raw, grid.blocks()[slot], IVec3::splat(self.first), size as i32, &mut tile);
                 self.filter_tile(&tile, size, out);
             },
         )
