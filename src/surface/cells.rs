@@ -190,11 +190,6 @@ impl<const NODES: usize> CellTile<NODES> {
         (0..8).fold(0, |bits, i| bits | u8::from(self.total[Self::corner(cell, i)] > self.iso) << i)
     }
 
-    /// Which corners of a cell are inside.
-    pub(crate) fn inside_corners(&self, cell: usize) -> u8 {
-        if self.is_plain() { self.case(cell) } else { inside_of(&self.corner_labels(cell)) }
-    }
-
     /// The inside bits of each body of a cell.
     pub(crate) fn bodies(&self, cell: usize) -> impl Iterator<Item = u8> {
         let mask = inside_of(&self.corner_labels(cell));

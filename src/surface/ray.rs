@@ -5,7 +5,8 @@
 //! pointer meets what a mesh of the same fields shows, to rounding, open lips and crack fronts too. The root of a trilinear interpolant would stand beside the lips of a
 //! cut: a corner on the other side of it has that side's value.
 //!
-//! In a cell with all corners inside there are lips that lie on each other, if any: the ray goes on through a closed cut.
+//! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so narrow that f stays above the threshold, it passes as if the clay were
+//! whole.
 
 use super::cells::{OneCellTile, sheets_near};
 use super::extract::{EdgeEnd, triangles};
@@ -39,6 +40,7 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
     }
     let iso = settings.iso_threshold;
     let mut tile = OneCellTile::new(Rules::new(settings.method), iso);
+    let mut is_within = field.total_at(line.start) > iso;
     for (block, from) in Walk::new(line, BLOCK, field.grid.bounds(), 0.0)? {
         if field.grid.slot(block).is_none() {
             continue;
@@ -47,8 +49,12 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
         for (cell, _) in Walk::new(line, 1, (block * BLOCK, (block + 1) * BLOCK), from).into_iter().flatten() {
             let corners = (0..8).map(|i| cell + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
             let inside = corners.filter(|&node| field.grid.value(&field.total, node) > iso).count();
+            is_within &= inside == 8;
             // A side's value is f at most: where f is below the threshold, all values are.
-            if inside == 0 || (inside == 8 && sheets.is_empty()) || !tile.load(field, (block, cell - block * BLOCK), sheets.iter().copied()) {
+            if inside == 0 || is_within || (inside == 8 && sheets.is_empty()) {
+                continue;
+            }
+            if !tile.load(field, (block, cell - block * BLOCK), sheets.iter().copied()) {
                 continue;
             }
             if let Some((distance, normal)) = line.first_front(&tile, cell) {
@@ -71,9 +77,6 @@ impl Line {
     /// The nearest triangle of a cell that is seen from its front: distance [node spacings] and normal.
     fn first_front(&self, tile: &OneCellTile, cell: IVec3) -> Option<(f64, Vec3)> {
         let low = OneCellTile::cells().next()?;
-        if matches!(tile.inside_corners(low), 0 | 0xff) {
-            return None;
-        }
         let mut nearest: Option<([EdgeEnd; 3], Crossing)> = None;
         triangles(tile, low, |ends| {
             let at = ends.map(|end| {
