@@ -2,6 +2,8 @@
 //!
 //! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
 
+mod delay;
+
 use bevy::app::{PluginGroupBuilder, PluginsState};
 use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 use bevy::log::LogPlugin;
@@ -43,6 +45,14 @@ fn plugins() -> PluginGroupBuilder {
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((plugins(), ClayPlugins)).insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+    app
+}
+
+/// An app whose frames are drawn before the next begins.
+fn app_in_step() -> App {
+    let mut app = App::new();
+    let plugins = plugins().disable::<PipelinedRenderingPlugin>();
+    app.add_plugins((plugins, ClayPlugins)).insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
     app
 }
 
@@ -294,13 +304,14 @@ fn main() {
     let mut arguments = Arguments::from_args();
     // Software adapters use all cores for each.
     arguments.test_threads.get_or_insert(1);
-    let trials: [(&str, Test); 7] = [
+    let trials: [(&str, Test); 8] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
         ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
         ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
         ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
         ("surface_is_made_on_the_device", surface_is_made_on_the_device),
+        ("frame_drawn_is_the_frame_simulated", delay::frame_drawn_is_the_frame_simulated),
         ("systems_have_an_order", systems_have_an_order),
     ];
     let mode = GpuMode::from_env().expect("CLAY_GPU");
