@@ -83,7 +83,7 @@ impl Shape {
         let margin = (low - low_node).min(high_node - high) / self.spacing;
         let most = (low - low_node).max(high_node - high) / self.spacing;
         assert!(
-            margin.min_element() > -1e-3 && most.max_element() < 1.001,
+            margin.min_element() > -1e-3 && most.max_element() < 1.5,
             "{name}: margins {margin} to {most} of the field's box"
         );
         let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
