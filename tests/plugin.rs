@@ -373,7 +373,7 @@ fn mesh_follows_the_clay_and_rests_with_it() {
     let world = app.world();
     let (mesh, bounds) = (world.get::<Mesh3d>(clay).expect("mesh"), world.get::<Aabb>(clay).expect("bounds"));
     let mesh = world.resource::<Assets<Mesh>>().get(mesh).expect("asset");
-    let surface = world.get::<ClaySurface>(clay).expect("surface").mesh().clone();
+    let surface = world.get::<ClaySurface>(clay).expect("surface").mesh().expect("mesh").clone();
     assert_eq!(mesh.count_vertices(), surface.positions.len());
     let centre = Vec3::new(4.0, 6.0, 4.0) * DX as f32;
     assert!((Vec3::from(bounds.center) - centre).length() < 0.1 * DX as f32, "centre {}", bounds.center);
@@ -388,12 +388,38 @@ fn mesh_follows_the_clay_and_rests_with_it() {
         std::thread::sleep(Duration::from_millis(2));
     }
     assert_eq!(revision(app.world()), at_rest);
-    assert!(Arc::ptr_eq(&surface, app.world().get::<ClaySurface>(clay).expect("surface").mesh()), "extracted again");
+    let still = app.world().get::<ClaySurface>(clay).and_then(ClaySurface::mesh).expect("surface");
+    assert!(Arc::ptr_eq(&surface, still), "extracted again");
     tick(&mut app, clay);
     settle(&mut app, "the next surface", |world| revision(world) > at_rest);
 
     app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").mesh = MeshQuality::Off;
     settle(&mut app, "no mesh", |world| world.get::<Mesh3d>(clay).is_none() && world.get::<ClaySurface>(clay).is_none());
+}
+
+/// A ray from above meets the top of a cube that falls, where the cube is then; one beside it meets nothing. What it meets lies in the box of the surface.
+#[test]
+fn ray_meets_the_top_of_the_dropped_cube() {
+    let mut app = app_with_meshes();
+    let clay = spawn(&mut app, cube(4, 16.0));
+    let down = |x: f64| Ray3d::new((DVec3::new(x, 40.0, 4.0) * DX).as_vec3(), Dir3::NEG_Y);
+    let surface = |world: &World| world.get::<ClaySurface>(clay).cloned();
+    settle(&mut app, "a surface", |world| surface(world).is_some());
+    let (first, start) = (surface(app.world()).expect("surface"), height(&app, clay));
+    let top = first.cast(down(4.0)).expect("the top");
+    assert!((top.point.y / DX - 20.0).abs() < 0.15 && top.normal.y > 0.98, "{top:?}");
+    assert!((top.distance + top.point.y - 40.0 * DX).abs() < 1e-6);
+    assert!(first.cast(down(1.0)).is_none(), "beside the cube");
+    let (low, high) = first.bounds().expect("bounds");
+    assert!(top.point.cmpge(low - 1e-6).all() && top.point.cmple(high + 1e-6).all(), "{} is not in {low} to {high}", top.point);
+
+    (0..11).for_each(|_| tick(&mut app, clay));
+    let frames = app.world().resource::<Reports>().0.len() as u64;
+    settle(&mut app, "the last surface", |world| surface(world).is_some_and(|s| s.revision().1 == frames));
+    let fallen = start - height(&app, clay);
+    let now = surface(app.world()).expect("surface").cast(down(4.0)).expect("the top");
+    assert!(fallen > DX && ((top.point.y - now.point.y) / fallen - 1.0).abs() < 0.05, "{fallen} m, {top:?}, {now:?}");
+    assert_eq!(first.cast(down(4.0)), Some(top), "a clone stays as it was");
 }
 
 /// A surface that is on its way when the clay is replaced is never shown.
@@ -404,7 +430,7 @@ fn surface_of_a_replaced_clay_is_dropped() {
     assert!(app.world().get::<ClaySurface>(clay).is_none(), "64,000 particles take longer than an update");
     app.world_mut().entity_mut(clay).insert(Clay::new(cube(2, 0.0)));
     settle(&mut app, "a surface", |world| world.get::<ClaySurface>(clay).is_some());
-    let volume = app.world().get::<ClaySurface>(clay).expect("surface").mesh().volume();
+    let volume = app.world().get::<ClaySurface>(clay).expect("surface").mesh().expect("mesh").volume();
     assert!(volume < 2.0 * (2.0 * DX).powi(3), "{volume} m^3 is the first clay's");
 }
 

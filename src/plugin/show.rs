@@ -1,4 +1,4 @@
-//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
+//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in. The field that it was made of stays, to point at.
 
 use super::clay::{Clay, ClaySettings, MeshQuality};
 use super::draw::Drawn;
@@ -6,9 +6,11 @@ use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use crate::sim::engine::{Deferred, SurfaceSource};
-use crate::surface::extract::extract;
-use crate::surface::field::{SurfaceSettings, Tier};
+use crate::surface::extract::extract_by;
+use crate::surface::field::{Field, SurfaceSettings, Tier};
+use crate::surface::labels::Rules;
 use crate::surface::mesh::Mesh as Surface;
+use crate::surface::ray::{RayHit, cast_ray};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
@@ -17,25 +19,45 @@ use bevy::prelude::*;
 use bevy::render::renderer::RenderDevice;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
+use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Colour of clay where the app gives no material: worked pottery clay.
 const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
-/// The surface as apps may read it. Where the processor makes what is shown it is that: the data of the [`Mesh3d`], whose asset lives in the render world alone. Where the
-/// graphics device does ([`SurfaceMaker`](super::clay::SurfaceMaker)) it is a coarse one, to point at.
+/// The surface as apps may read it and point at it. A clone shares all of it, and stays as it is when the clay moves on.
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
-    mesh: Arc<Surface>,
+    mesh: Option<Arc<Surface>>,
+    field: Arc<Field>,
+    settings: SurfaceSettings,
+    bounds: Option<(DVec3, DVec3)>,
     state: State,
     extract_ms: f64,
 }
 
 impl ClaySurface {
-    /// The surface in the clay's own frame [m], with smooth normals.
-    pub fn mesh(&self) -> &Arc<Surface> {
-        &self.mesh
+    /// The mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone. None where the graphics device makes
+    /// what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
+    pub fn mesh(&self) -> Option<&Arc<Surface>> {
+        self.mesh.as_ref()
+    }
+
+    /// The field that the surface is made of; where the graphics device makes what is shown, one with nodes every cell, to point at. With 8 particles per cell it takes about 12
+    /// bytes per particle with nodes every half cell, 2.5 with nodes every cell; each cut adds up to twice as much in its reach.
+    pub fn field(&self) -> &Arc<Field> {
+        &self.field
+    }
+
+    /// Where a ray in the clay's own frame first meets the surface from outside, in microseconds: see [`cast_ray`].
+    pub fn cast(&self, ray: Ray3d) -> Option<RayHit> {
+        cast_ray(&self.field, &self.settings, ray.origin.as_dvec3(), ray.direction.as_dvec3())
+    }
+
+    /// Low and high corner of a box around the surface [m]; none where there is none.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds
     }
 
     /// Counts the states of the clay: greater is newer.
@@ -71,26 +93,33 @@ pub(super) struct Extraction {
 
 /// A surface as it comes from its task, ready to be swapped in.
 struct Extracted {
-    surface: Arc<Surface>,
-    mesh: Mesh,
-    bounds: Aabb,
-    extract_ms: f64,
+    surface: ClaySurface,
+    /// Of clay that is drawn from here, if there is any.
+    drawn: Option<(Mesh, Aabb)>,
 }
 
 impl Extracted {
-    fn new(make: Deferred<SurfaceSource>, tier: Tier) -> Self {
+    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State) -> Self {
         let began = Instant::now();
-        let surface = extract(&make(), &SurfaceSettings::new(tier));
-        let (low, high) = surface.bounds().unwrap_or_default();
-        let normals = surface.normals.clone().unwrap_or_default();
-        // The copy on the graphics device is enough; apps read `ClaySurface`.
-        let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
-            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
-            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-            .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()));
-        let bounds = Aabb::from_min_max(low.as_vec3(), high.as_vec3());
-        Self { surface: Arc::new(surface), mesh, bounds, extract_ms: began.elapsed().as_secs_f64() * 1e3 }
+        let settings = SurfaceSettings::new(tier);
+        let field = Field::of_particles(&make(), &settings);
+        let mesh =
+            state.is_shown.then(|| extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals));
+        let bounds = mesh.as_ref().map_or_else(|| field.bounds(settings.iso_threshold), Surface::bounds);
+        let drawn =
+            mesh.as_ref().zip(bounds).map(|(mesh, (low, high))| (asset(mesh), Aabb::from_min_max(low.as_vec3(), high.as_vec3())));
+        let (mesh, field) = (mesh.map(Arc::new), Arc::new(field));
+        let extract_ms = began.elapsed().as_secs_f64() * 1e3;
+        Self { surface: ClaySurface { mesh, field, settings, bounds, state, extract_ms }, drawn }
     }
+}
+
+/// The asset of a surface. The copy on the graphics device is enough; apps read [`ClaySurface`].
+fn asset(surface: &Surface) -> Mesh {
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
+        .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
 }
 
 /// Shows clay in apps that have meshes.
@@ -130,25 +159,25 @@ pub(super) fn swap(
             continue;
         }
         let mut entity = commands.entity(entity);
-        entity.insert(ClaySurface { mesh: new.surface.clone(), state, extract_ms: new.extract_ms });
+        entity.insert(new.surface);
         if is_drawn {
-            // The device makes what is shown; this one is for apps to read.
+            // The device makes what is shown; this is to point at.
             continue;
         }
-        if new.surface.triangles.is_empty() {
+        let Some((asset, bounds)) = new.drawn else {
             entity.remove::<(Mesh3d, Aabb)>();
             continue;
-        }
+        };
         let handle = match mesh {
             // Its own, not one that the app put there.
             Some(Mesh3d(own)) if surface.is_some_and(|s| s.state.is_shown) => {
                 // Fails only for an asset that is gone, which a strong handle rules out.
-                let _ = meshes.insert(own.id(), new.mesh);
+                let _ = meshes.insert(own.id(), asset);
                 own.clone()
             }
-            _ => meshes.add(new.mesh),
+            _ => meshes.add(asset),
         };
-        entity.insert((Mesh3d(handle), new.bounds, NoAutoAabb));
+        entity.insert((Mesh3d(handle), bounds, NoAutoAabb));
         if let Some(materials) = &mut materials
             && !has_material
         {
@@ -195,7 +224,7 @@ pub(super) fn request(
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {
-            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier) });
+            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state) });
             extraction.under_way = Some((state, task));
         }
     }

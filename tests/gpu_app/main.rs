@@ -260,7 +260,8 @@ fn surface_is_made_on_the_device() -> Result<(), Failed> {
         let is_near = |count: usize| count.abs_diff(expected) <= expected / 50;
         settle(&mut app, "the surface after a while", |world| is_near(status(world, clay).triangle_count))?;
         app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Cpu;
-        let by_processor = |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().triangles.len()) == expected;
+        let by_processor =
+            |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().map_or(0, |m| m.triangles.len())) == expected;
         settle(&mut app, "the processor's surface", |world| {
             by_processor(world) && mesh(world).is_some_and(|m| Some(m) != drawn)
         })?;
