@@ -27,6 +27,18 @@ const HARMLESS: [&str; 6] =
 
 /// Most vertices of a scene, 3 GiB of them: nodes that place a mesh again and again make many out of a small file.
 const VERTICES_MAX: u64 = 1 << 27;
+/// Most triangles of a scene, 3 GiB of them: two for each of as many vertices, as closed meshes have. Primitives that share their indices make many out of a small file.
+const TRIANGLES_MAX: u64 = 1 << 28;
+
+/// Refuses a scene of more vertices or triangles than `most`, before there are so many.
+fn check_counts(vertices: u64, triangles: u64, most: (u64, u64)) -> Result<(), String> {
+    for (count, most, what) in [(vertices, most.0, "vertices"), (triangles, most.1, "triangles")] {
+        if count > most {
+            return Err(format!("with it the scene has {count} {what}, more than {most}"));
+        }
+    }
+    Ok(())
+}
 
 /// A binary file's text and numbers; a text file as it is.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
@@ -62,6 +74,11 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
 
 /// Reads the triangles of a glTF file; `folder` is where its side-car files are, if it has a place at all.
 pub(super) fn read(bytes: &[u8], folder: Option<&Path>) -> Result<Soup, Fault> {
+    read_at_most(bytes, folder, (VERTICES_MAX, TRIANGLES_MAX))
+}
+
+/// [`read`] with other bounds of vertices and triangles.
+fn read_at_most(bytes: &[u8], folder: Option<&Path>, most: (u64, u64)) -> Result<Soup, Fault> {
     let (text, numbers) = chunks(bytes)?;
     let is_text = !bytes.starts_with(MAGIC);
     let root = Root::from_slice(text).map_err(|e| Fault { line: is_text.then_some(e.line()), reason: e.to_string() })?;
@@ -77,7 +94,7 @@ pub(super) fn read(bytes: &[u8], folder: Option<&Path>) -> Result<Soup, Fault> {
     }
     let buffer = |(i, b): (usize, &Buffer)| load_buffer(b, numbers.filter(|_| i == 0), folder, i);
     let buffers = root.buffers.iter().enumerate().map(buffer).collect::<Result<_, _>>()?;
-    let mut reader = Reader { root: &root, buffers, soup: Soup::default() };
+    let mut reader = Reader { root: &root, buffers, most, soup: Soup::default() };
     reader.read_scene()?;
     Ok(reader.soup)
 }
@@ -153,6 +170,8 @@ fn transform(node: &Node) -> DMat4 {
 struct Reader<'a> {
     root: &'a Root,
     buffers: Vec<Cow<'a, [u8]>>,
+    /// Most vertices and triangles.
+    most: (u64, u64),
     soup: Soup,
 }
 
@@ -211,9 +230,8 @@ impl Reader<'_> {
         let positions = self.numbers(*positions, Type::Vec3)?;
         let first = self.soup.positions.len() as u64;
         let count = (positions.len() / 3) as u64;
-        if first + count > VERTICES_MAX {
-            return Err(format!("with it the scene has more than {VERTICES_MAX} vertices"));
-        }
+        let triangles = self.soup.triangles.len() as u64;
+        check_counts(first + count, triangles, self.most)?;
         for p in positions.chunks_exact(3) {
             self.soup.push_position(place.transform_point3(DVec3::new(p[0], p[1], p[2])))?;
         }
@@ -225,6 +243,9 @@ impl Reader<'_> {
         if let Some(index) = indices.iter().find(|i| **i >= count) {
             return Err(format!("an index refers to vertex {index}, but there are {count}"));
         }
+        let corners = indices.len() as u64;
+        let added = if mode == Mode::Triangles { corners / 3 } else { corners.saturating_sub(2) };
+        check_counts(first + count, triangles + added, self.most)?;
         let is_mirrored = place.determinant() < 0.0;
         let mut push = |[a, b, c]: [u64; 3]| {
             let corners = if is_mirrored { [a, c, b] } else { [a, b, c] };

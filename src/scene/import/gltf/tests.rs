@@ -90,6 +90,28 @@ fn nodes_place_their_meshes() {
     assert_eq!(load(&root, &numbers).expect("three").triangles.len(), 12);
 }
 
+/// Primitives that share their numbers make many triangles out of a small file, whichever way they pass them; they are refused before there are so many.
+#[test]
+fn scene_of_too_many_triangles_is_refused() {
+    let (mut root, numbers) = scene_of(&tetrahedron());
+    for (mode, each) in [(4, 4), (5, 10), (6, 10)] {
+        let primitive = json!({"attributes": {"POSITION": 0}, "indices": 1, "mode": mode});
+        root["meshes"][0]["primitives"] = vec![primitive; 1000].into();
+        let read = |vertices, triangles| read_at_most(&glb_of(&root, &numbers), None, (vertices, triangles));
+        assert_eq!(
+            read(4000, 1000 * each).map(|soup| soup.triangles.len() as u64).map_err(|f| f.reason),
+            Ok(1000 * each),
+            "mode {mode}"
+        );
+        let reason = |result: Result<Soup, Fault>| result.err().map(|fault| fault.reason).unwrap_or_default();
+        let expected = format!("mesh 0, primitive 7: with it the scene has {} triangles, more than {}", 8 * each, 8 * each - 1);
+        assert_eq!(reason(read(4000, 8 * each - 1)), expected);
+        assert_eq!(reason(read(7, 99_999)), "mesh 0, primitive 1: with it the scene has 8 vertices, more than 7");
+    }
+    assert!(check_counts(VERTICES_MAX, TRIANGLES_MAX, (VERTICES_MAX, TRIANGLES_MAX)).is_ok());
+    assert!(check_counts(0, 3_000_000_000, (VERTICES_MAX, TRIANGLES_MAX)).is_err());
+}
+
 #[test]
 fn strips_fans_and_bare_vertices_are_triangles() {
     let corners = tetrahedron().positions;
