@@ -170,7 +170,7 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
         sheets.deal(&mut plan);
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
         last = engine.wait().map_err(|e| e.to_string())?;
-        sheets.note(&last);
+        sheets.note(&mut last);
         run.add(&last, cell_width);
         if last.health.contains(Health::GIVEN_UP) {
             bar.abandon_with_message(format!("stopped: {}", last.health));

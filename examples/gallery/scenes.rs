@@ -67,7 +67,7 @@ impl GalleryScene {
             sheets.deal(&mut plan);
             engine.submit(plan).map_err(|e| e.to_string())?;
             last = engine.wait().map_err(|e| e.to_string())?;
-            sheets.note(&last);
+            sheets.note(&mut last);
             if last.health.contains(Health::GIVEN_UP) {
                 return Err(format!("{}: the run stopped at {:.3} s: {}", self.pictures[0], last.time, last.health));
             }

@@ -139,8 +139,7 @@ pub(crate) fn work(
     let Some(stroke) = &mut work.stroke else {
         if let Some(stroke) = hover(&pointer, surface.single().ok(), &hand, eye, &mut held) {
             work.count += 1;
-            // A knife cuts a sheet of its own with each stroke; a sheet's id is the low byte of the tool's.
-            held.tool.id = if hand.kind == ToolKind::Knife { 1 + work.count % 255 } else { 1 };
+            // The knife is put down when it knows its direction; each stroke is a cut of its own.
             held.tool.is_active = hand.kind != ToolKind::Knife;
             work.stroke = Some(stroke);
             news.write(StrokeNews::Began);

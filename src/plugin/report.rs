@@ -38,8 +38,8 @@ fn report(
         while clay.stopped.is_none() {
             let (engine, planner) = clay.parts();
             match engine.poll() {
-                Ok(Some(report)) => {
-                    planner.note(&report, settings.gravity);
+                Ok(Some(mut report)) => {
+                    planner.note(&mut report, settings.gravity);
                     let news = report.health.without(planner.logged);
                     if !news.is_ok() {
                         warn!("clay {entity}, frame {}: {news}", report.plan_id);

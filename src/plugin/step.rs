@@ -66,7 +66,9 @@ impl Planner {
 
     /// Lets `time` [s] of the app's clock pass with the tools where they are now; a frame lasts at most `most` [s].
     fn pass(&mut self, time: f64, most: f64, tools: &[(Entity, SculptTool, Placement)]) {
-        self.ways.observe(time, tools);
+        for id in self.ways.observe(time, tools) {
+            self.sheets.lift(id);
+        }
         self.owed += time;
         self.given_up += (self.owed - most).max(0.0);
         self.owed = self.owed.min(most);
@@ -105,8 +107,8 @@ impl Planner {
         Ok(())
     }
 
-    /// Takes what a report says about the speed of the clay, and whether the tools' ways were swept.
-    pub(super) fn note(&mut self, report: &FrameReport, gravity: DVec3) {
+    /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were swept; adds what only the planner knows of the cuts.
+    pub(super) fn note(&mut self, report: &mut FrameReport, gravity: DVec3) {
         let slot = usize::from(report.plan_id % 2 == 1);
         let is_given_up = report.health.contains(Health::GIVEN_UP);
         // The frame between this one and the one planned from it is not longer than the longest.
@@ -270,13 +272,13 @@ mod tests {
                 Err(error) => panic!("{error}"),
             }
             if frame % lag == 0
-                && let Some(report) = engine.poll().expect("report")
+                && let Some(mut report) = engine.poll().expect("report")
             {
-                planner.note(&report, settings.gravity);
+                planner.note(&mut report, settings.gravity);
             }
         }
-        while let Some(report) = engine.poll().expect("report") {
-            planner.note(&report, settings.gravity);
+        while let Some(mut report) = engine.poll().expect("report") {
+            planner.note(&mut report, settings.gravity);
         }
         engine.swept
     }
@@ -304,7 +306,7 @@ mod tests {
             let mut planner = Planner { cell_width: 0.01, ..Planner::default() };
             let mut report = FrameReport { dt: 1e-3, steps: 10, ..FrameReport::default() };
             report.timings.total = wall;
-            planner.note(&report, DVec3::ZERO);
+            planner.note(&mut report, DVec3::ZERO);
             planner.pass(1.0, planner.frame_max(0.05), &[]);
             assert!((planner.owed - longest).abs() < 1e-12, "{wall}: {}", planner.owed);
             assert!((planner.owed + planner.given_up - 1.0).abs() < 1e-12);

@@ -11,7 +11,7 @@ use std::collections::{HashMap, VecDeque};
 #[reflect(Component, Default)]
 #[require(Transform)]
 pub struct SculptTool {
-    /// Names the tool in reports; a blade's sheet id is its low byte.
+    /// Names the tool in reports. No two active tools may have the same.
     pub id: u32,
     /// Shape and contact; the entity's uniform scale scales the shape.
     pub tool: Tool,
@@ -131,17 +131,20 @@ pub(super) struct Ways {
 }
 
 impl Ways {
-    /// Takes in where the active tools are now, `time` [s] of the app's clock after the last call.
-    pub(super) fn observe(&mut self, time: f64, tools: &[(Entity, SculptTool, Placement)]) {
+    /// Takes in where the active tools are now, `time` [s] of the app's clock after the last call. Returns the ids of those that were put down since.
+    pub(super) fn observe(&mut self, time: f64, tools: &[(Entity, SculptTool, Placement)]) -> Vec<u32> {
+        let mut put_down = vec![];
         self.next.retain(|entity, _| tools.iter().any(|(e, ..)| e == entity));
-        for (entity, _, place) in tools {
+        for (entity, tool, place) in tools {
             match self.next.get_mut(entity) {
                 Some(way) => way.add(time, place.pose),
                 None => {
                     self.next.insert(*entity, Way { from: place.pose, steps: vec![] });
+                    put_down.push(tool.id);
                 }
             }
         }
+        put_down
     }
 
     /// The paths of a frame of `duration` [s], in the order of the tools' ids.

@@ -21,9 +21,12 @@ impl Health {
     pub const QUARANTINED: Self = Self(1 << 4);
     /// The grid mass differs from the particle mass: a particle lies outside the room.
     pub const MASS_LOST: Self = Self(1 << 5);
-
-    /// More cuts met in one place than the engine tells apart: there the clay of some of them moves as if it was not cut.
+    /// More cuts met in one place than the engine tells apart, or there are more in the clay than there are sheets: where they meet, the clay of some of them moves as if it
+    /// was not cut.
     pub const CROWDED: Self = Self(1 << 6);
+    /// The clay asked for more room, or for a greater range of sums, than the graphics device gave it however often it asked; the frame was redone with half the
+    /// time step.
+    pub const CAPACITY: Self = Self(1 << 7);
 
     /// Whether all bits of `other` are set.
     pub fn contains(self, other: Self) -> bool {
@@ -49,14 +52,15 @@ impl Health {
 
 impl std::fmt::Display for Health {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        const NAMES: [(Health, &str); 7] = [
+        const NAMES: [(Health, &str); 8] = [
             (Health::SPEED, "a node moved too far in one substep (frame redone with a smaller step)"),
             (Health::NON_FINITE, "a value was not finite (frame redone with a smaller step)"),
             (Health::STRAIN, "a particle's stretch was clamped to 0.05 .. 20"),
             (Health::GIVEN_UP, "the frame was given up: the clay stands as before it"),
             (Health::QUARANTINED, "particles that are not finite were frozen out"),
             (Health::MASS_LOST, "grid mass differs from particle mass"),
-            (Health::CROWDED, "too many cuts meet in one place: some of them act as if they had grown together there"),
+            (Health::CROWDED, "too many cuts: where they meet some of them act as if they had grown together"),
+            (Health::CAPACITY, "the clay outgrew its room on the graphics device (frame redone with a smaller step)"),
         ];
         if self.is_ok() {
             return f.write_str("healthy");

@@ -1,30 +1,52 @@
 //! Deals sheets to blades: each visit of a blade to the clay is a cut of its own.
 //!
-//! A blade that leaves the clay and comes back somewhere else, across its first cut perhaps, must not take the sides of that cut for its own.
+//! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut perhaps, must not take the sides of that cut for its own.
 
 use super::cut::SheetSet;
 use super::engine::{FramePlan, FrameReport};
 use super::health::Health;
 use super::snapshot::Snapshot;
+use super::tool::{ToolPath, ToolShape};
+use glam::DVec3;
 use std::collections::VecDeque;
 
+/// How far a wire goes without parting anything before it counts as out of the clay [cells]. It touches nothing but what it tags, so where it rests, in the clay or out of
+/// it, it tags nothing; on its way through uncut clay it meets a particle every half cell.
+const WIRE_REACH: f64 = 2.0;
+
 /// Which sheet each blade cuts, and which are in use. Whoever plans frames passes every plan through [`Self::deal`] and every report to [`Self::note`]. The
-/// plan of frame n depends on the reports up to that of frame n - 2, however early others come.
+/// plan of frame n depends on the reports up to that of frame n - 2, however early others come. [`Self::new`] knows the clay's cells; by default they have no width, and a
+/// wire that moves without parting anything is out of the clay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheets {
+    /// Cell width [m].
+    cell_width: f64,
     blades: Vec<BladeSheet>,
     used: SheetSet,
+    /// Sheets in the order in which they were last dealt.
+    dealt: Vec<u8>,
+    /// Plans in which a blade got a sheet that was in use.
+    reused: Vec<u64>,
     /// Reports whose turn has not come.
     noted: VecDeque<Noted>,
 }
 
-/// A blade's present sheet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The sheet of one visit of a blade.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct BladeSheet {
     id: u32,
     sheet: u8,
+    /// The last plan with it.
+    plan_id: u64,
     /// Whether the blade has touched clay since it got the sheet.
     is_in_clay: bool,
+    /// Whether the visit is over: the sheet is kept until the reports of all its frames are known, the blade gets another.
+    is_over: bool,
+    is_wire: bool,
+    /// The ends of a wire's line when the frames n and n - 1 ended, by the parity of their plans' ids [m].
+    lines: [[DVec3; 2]; 2],
+    /// Those of the last frame known in which it touched clay.
+    touched: [DVec3; 2],
 }
 
 /// What a report says of cuts.
@@ -36,30 +58,67 @@ struct Noted {
     tools: Vec<(u32, bool)>,
 }
 
+impl BladeSheet {
+    /// Takes in whether the blade touched clay in a frame.
+    fn note(&mut self, plan_id: u64, is_touching: bool, cell_width: f64) {
+        let line = self.lines[parity(plan_id)];
+        if is_touching {
+            self.is_in_clay = true;
+            self.touched = line;
+        } else if self.is_in_clay {
+            let axis = (self.touched[1] - self.touched[0]).normalize_or_zero();
+            let way = |i: usize| (line[i] - self.touched[i]).reject_from_normalized(axis).length();
+            self.is_over |= !self.is_wire || way(0).max(way(1)) > WIRE_REACH * cell_width;
+        }
+    }
+}
+
+fn parity(plan_id: u64) -> usize {
+    usize::from(plan_id % 2 == 1)
+}
+
+/// The ends of a wire's line when the frame ends [m]; of other blades nothing.
+fn line(path: &ToolPath, duration: f64) -> Option<[DVec3; 2]> {
+    let ToolShape::Wire { half_length } = path.tool.shape else { return None };
+    let pose = path.pose_at(duration);
+    Some([-half_length, half_length].map(|x| pose.to_world(DVec3::X * x)))
+}
+
 impl Sheets {
     /// For clay that may have cuts already.
     pub fn new(snapshot: &Snapshot) -> Self {
         let tags = snapshot.particles.iter().flat_map(|p| p.tags);
-        Self { used: tags.filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect(), ..Self::default() }
+        let used = tags.filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
+        Self { cell_width: snapshot.domain.cell_width, used, ..Self::default() }
     }
 
-    /// Gives every blade of a plan its sheet: the one it has, or, when it is new, one that is free.
+    /// Gives every blade of a plan its sheet: the one it has, or, when it is new or was not in the plan before, one that is free. Where none is, it is the one that was
+    /// dealt longest ago, and the frame's report will say so ([`Self::note`]).
     pub fn deal(&mut self, plan: &mut FramePlan) {
         while let Some(noted) = self.noted.pop_front_if(|noted| noted.plan_id + 2 <= plan.id) {
             self.apply(&noted);
         }
+        // The reports up to a blade's last frame are known when a frame without it has been planned, and its sheet is free or in use.
+        self.blades.retain(|blade| plan.id < blade.plan_id + 2);
+        self.reused.retain(|reused| plan.id < reused + 2);
+        let duration = plan.duration();
         for path in plan.tools.iter_mut().filter(|path| path.tool.shape.is_blade()) {
-            let held = self.blades.iter().find(|blade| blade.id == path.id).map(|blade| blade.sheet);
-            path.sheet = held.unwrap_or_else(|| {
-                let sheet = self.free(path.sheet_id());
-                self.blades.push(BladeSheet { id: path.id, sheet, is_in_clay: false });
-                sheet
-            });
+            let line = line(path, duration);
+            let held = self.blades.iter().position(|blade| blade.id == path.id && !blade.is_over);
+            let at = held.unwrap_or_else(|| self.begin_visit(path, plan.id));
+            let blade = &mut self.blades[at];
+            (blade.plan_id, blade.is_wire) = (plan.id, line.is_some());
+            blade.lines[parity(plan.id)] = line.unwrap_or_default();
+            path.sheet = blade.sheet;
         }
     }
 
-    /// Takes note of what a report says of cuts; a frame given up says nothing.
-    pub fn note(&mut self, report: &FrameReport) {
+    /// Takes note of what a report says of cuts; a frame given up says nothing. Marks the report as [`Health::CROWDED`] if a blade got a sheet of its frame that
+    /// another cut has.
+    pub fn note(&mut self, report: &mut FrameReport) {
+        if self.reused.contains(&report.plan_id) {
+            report.health.insert(Health::CROWDED);
+        }
         if report.health.contains(Health::GIVEN_UP) {
             return;
         }
@@ -67,25 +126,57 @@ impl Sheets {
         self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
     }
 
+    /// The blade of this id was taken away: if there is one in the next plan, it has been put down anew. Blades that are missing from a plan need no telling.
+    pub fn lift(&mut self, id: u32) {
+        self.blades.iter_mut().filter(|blade| blade.id == id).for_each(|blade| blade.is_over = true);
+    }
+
     /// Blades that have left the clay get another sheet for their next visit.
     fn apply(&mut self, noted: &Noted) {
         self.used = noted.used;
-        for i in 0..self.blades.len() {
-            let BladeSheet { id, sheet, is_in_clay } = self.blades[i];
-            match noted.tools.iter().find(|tool| tool.0 == id) {
-                Some((_, true)) => self.blades[i].is_in_clay = true,
-                Some((_, false)) if is_in_clay => {
-                    self.blades[i] = BladeSheet { id, sheet: self.free(sheet), is_in_clay: false };
-                }
-                _ => {}
+        for blade in self.blades.iter_mut().filter(|blade| !blade.is_over) {
+            if let Some((_, is_touching)) = noted.tools.iter().find(|tool| tool.0 == blade.id) {
+                blade.note(noted.plan_id, *is_touching, self.cell_width);
             }
         }
     }
 
-    /// The first sheet from `first` on, and around, that is neither in use nor a blade's; `first` itself if there is none.
-    fn free(&self, first: u8) -> u8 {
-        let is_free = |sheet: &u8| !self.used.contains(*sheet) && self.blades.iter().all(|blade| blade.sheet != *sheet);
-        (first.max(1)..=u8::MAX).chain(1..first).find(is_free).unwrap_or(first)
+    /// Gives a blade a sheet for a visit that begins with this plan; returns its place among the blades.
+    fn begin_visit(&mut self, path: &ToolPath, plan_id: u64) -> usize {
+        let (sheet, is_free) = self.next(path.sheet_id());
+        if !is_free {
+            self.reused.push(plan_id);
+        }
+        self.dealt.retain(|dealt| *dealt != sheet);
+        self.dealt.push(sheet);
+        let lines = [[DVec3::ZERO; 2]; 2];
+        let visit = BladeSheet {
+            id: path.id,
+            sheet,
+            plan_id,
+            is_in_clay: false,
+            is_over: false,
+            is_wire: false,
+            lines,
+            touched: lines[0],
+        };
+        self.blades.push(visit);
+        self.blades.len() - 1
+    }
+
+    /// The first sheet from `first` on, and around, that is free: neither in use nor a blade's. If there is none, of those in use the one dealt longest ago. Whether it is
+    /// free.
+    fn next(&self, first: u8) -> (u8, bool) {
+        let is_held = |sheet: u8, is_over| self.blades.iter().any(|blade| blade.sheet == sheet && blade.is_over == is_over);
+        let rank = |sheet: &u8| match self.dealt.iter().position(|dealt| dealt == sheet) {
+            _ if !self.used.contains(*sheet) && !is_held(*sheet, true) => None,
+            // Cuts that the clay came with are the oldest.
+            age => Some((is_held(*sheet, true), age)),
+        };
+        let all = (first.max(1)..=u8::MAX).chain(1..first).filter(|sheet| !is_held(*sheet, false));
+        all.map(|sheet| (rank(&sheet), sheet))
+            .min_by_key(|(rank, _)| *rank)
+            .map_or((first, false), |(rank, sheet)| (sheet, rank.is_none()))
     }
 }
 
@@ -97,15 +188,30 @@ mod tests {
     use super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
     use super::*;
 
-    /// The sheets that frame `id` of three blades gets.
-    fn dealt(sheets: &mut Sheets, id: u64) -> Vec<u8> {
-        let shape = ToolShape::Blade { half_width: 0.1, half_height: 0.1 };
-        let blade = |id| ToolPath::still(id, Tool { shape, contact: Contact::Slip }, Pose::default());
-        let tools = [1, 2, 257].map(blade);
+    const BLADE: ToolShape = ToolShape::Blade { half_width: 0.1, half_height: 0.1 };
+    const WIRE: ToolShape = ToolShape::Wire { half_length: 0.1 };
+
+    /// Frame `id` with these tools, by id and place, as it is dealt.
+    fn planned(sheets: &mut Sheets, id: u64, shape: ToolShape, tools: &[(u32, DVec3)]) -> FramePlan {
+        let tool = |(id, position): &(u32, DVec3)| {
+            ToolPath::still(*id, Tool { shape, contact: Contact::Slip }, Pose { position: *position, ..Pose::default() })
+        };
+        let tools: Vec<_> = tools.iter().map(tool).collect();
         let mut plan = FramePlan { id, ..StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &tools) };
         sheets.deal(&mut plan);
         assert_eq!(plan.validate(), Ok(()));
-        plan.tools.iter().map(|path| path.sheet).collect()
+        plan
+    }
+
+    /// The sheets that the blades `ids` get in frame `id`.
+    fn dealt_to(sheets: &mut Sheets, id: u64, ids: &[u32]) -> Vec<u8> {
+        let tools: Vec<_> = ids.iter().map(|id| (*id, DVec3::ZERO)).collect();
+        planned(sheets, id, BLADE, &tools).tools.iter().map(|path| path.sheet).collect()
+    }
+
+    /// The sheets that frame `id` of three blades gets.
+    fn dealt(sheets: &mut Sheets, id: u64) -> Vec<u8> {
+        dealt_to(sheets, id, &[1, 2, 257])
     }
 
     /// Frame `plan_id`, in which the first blade had these contacts.
@@ -118,18 +224,106 @@ mod tests {
     #[test]
     fn each_visit_has_a_sheet_of_its_own() {
         let mut sheets = Sheets::default();
-        assert_eq!(dealt(&mut sheets, 0), [1, 2, 3], "257 has the low byte of 1");
-        sheets.note(&report(0, 9, &[1]));
+        for frame in 0..2 {
+            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "257 has the low byte of 1");
+        }
+        sheets.note(&mut report(0, 9, &[1]));
         assert_eq!(dealt(&mut sheets, 2), [1, 2, 3]);
-        sheets.note(&report(1, 0, &[1, 4]));
+        sheets.note(&mut report(1, 0, &[1, 4]));
         assert_eq!(dealt(&mut sheets, 2), [1, 2, 3], "the report of frame n - 1 has no part in frame n");
         assert_eq!(dealt(&mut sheets, 3), [5, 2, 3], "1 is cut, 2 and 3 are blades', 4 is cut");
-        sheets.note(&report(2, 0, &[4]));
+        sheets.note(&mut report(2, 0, &[4]));
         assert_eq!(dealt(&mut sheets, 4), [5, 2, 3], "kept until it cuts");
-        sheets.note(&FrameReport { health: Health::GIVEN_UP, ..report(3, 0, &[]) });
+    }
+
+    /// Where every sheet is in use, a visit takes the one that was dealt longest ago, those of the clay as loaded first, and its frame's report says so.
+    #[test]
+    fn oldest_sheet_is_dealt_where_none_is_free() {
         let all: Vec<u8> = (1..=255).collect();
-        sheets.note(&report(3, 3, &all));
-        sheets.note(&report(4, 0, &all));
-        assert_eq!(dealt(&mut sheets, 6), [5, 2, 3], "none is free: it goes on with its own");
+        let mut sheets = Sheets::default();
+        let mut health = vec![];
+        let mut visits = vec![];
+        // In and out again, frame by frame.
+        for frame in 0..1200 {
+            let [sheet, ..] = dealt(&mut sheets, frame)[..] else { panic!("three blades") };
+            visits.push(sheet);
+            let mut report = report(frame, (frame + 1) % 2, &all);
+            sheets.note(&mut report);
+            health.push(report.health);
+        }
+        assert_eq!((visits[0], health[0]), (1, Health::OK), "nothing is known to be in use");
+        visits.dedup();
+        assert!(visits.len() > 255 && health.contains(&Health::CROWDED), "{}", visits.len());
+        // In turn, without the two that the other blades hold.
+        let rounds: Vec<_> = visits.chunks_exact(253).collect();
+        assert!(rounds.len() > 1 && rounds.iter().all(|round| *round == rounds[0]), "{visits:?}");
+        assert!(visits.iter().all(|sheet| ![2, 3].contains(sheet)));
+        let mut given_up = FrameReport { health: Health::GIVEN_UP, ..report(1200, 0, &[]) };
+        sheets.note(&mut given_up);
+        assert_eq!(sheets.noted.len(), 2, "says nothing");
+    }
+
+    /// A blade that is missing from a plan, or is said to have been taken away, has a sheet of its own when it is back, though it was never seen to leave the clay.
+    #[test]
+    fn blade_that_was_away_begins_anew() {
+        let mut sheets = Sheets::default();
+        let run = |sheets: &mut Sheets, frame, ids: &[u32], used: &[u8]| {
+            let dealt = dealt_to(sheets, frame, ids);
+            sheets.note(&mut report(frame, 9, used));
+            dealt
+        };
+        assert_eq!(run(&mut sheets, 0, &[1], &[1]), [1]);
+        assert_eq!(run(&mut sheets, 1, &[1], &[1]), [1]);
+        run(&mut sheets, 2, &[], &[1]);
+        assert_eq!(run(&mut sheets, 3, &[1], &[1, 2]), [2], "1 is cut");
+        sheets.lift(1);
+        assert_eq!(run(&mut sheets, 4, &[1], &[1, 2, 3]), [3], "2 may be cut: the report of frame 3 has not come");
+        sheets.lift(1);
+        run(&mut sheets, 5, &[], &[]);
+        run(&mut sheets, 6, &[], &[]);
+        assert_eq!(run(&mut sheets, 7, &[1], &[]), [1], "all has been kneaded together");
+    }
+
+    /// An app may name its blades as it likes: ids that are gone hold no sheet.
+    #[test]
+    fn ids_that_are_gone_hold_no_sheet() {
+        let mut sheets = Sheets::default();
+        for frame in 0..2000 {
+            let id = frame as u32;
+            let mut dealt = dealt_to(&mut sheets, frame, &[id, id + 1]);
+            dealt.dedup();
+            assert_eq!(dealt.len(), 2);
+            let mut report = report(frame, 0, &[]);
+            sheets.note(&mut report);
+            assert_eq!(report.health, Health::OK);
+        }
+        assert!(sheets.blades.len() < 8);
+    }
+
+    /// The sheet of a wire in each frame, which it ends at one of `rests`; it tags clay in the first frame alone.
+    fn wire_sheets(rests: &[DVec3]) -> Vec<u8> {
+        let mut sheets = Sheets { cell_width: 0.01, ..Sheets::default() };
+        let mut dealt = vec![];
+        for (frame, at) in (0..).zip(rests) {
+            dealt.push(planned(&mut sheets, frame, WIRE, &[(1, *at)]).tools[0].sheet);
+            let tagged = u64::from(frame == 0) * 40;
+            let tools = vec![ToolReport { id: 1, tagged, ..ToolReport::default() }];
+            let sheets_used = [1].into_iter().collect();
+            sheets.note(&mut FrameReport { plan_id: frame, tools, sheets: sheets_used, ..FrameReport::default() });
+        }
+        dealt
+    }
+
+    /// A wire that rests in its cut, creeps, trembles or is drawn along itself goes on with the cut; one that is drawn out of the clay begins another.
+    #[test]
+    fn wire_keeps_its_sheet_where_it_rests() {
+        let way = |at: &dyn Fn(f64) -> DVec3| wire_sheets(&(0..20).map(|i| at(f64::from(i))).collect::<Vec<_>>());
+        let kept = [1; 20];
+        assert_eq!(way(&|_| DVec3::ZERO), kept, "rests");
+        assert_eq!(way(&|i| DVec3::Y * 9e-4 * i), kept, "creeps by less than two cells");
+        assert_eq!(way(&|i| DVec3::Z * 0.008 * (i % 2.0)), kept, "trembles");
+        assert_eq!(way(&|i| DVec3::X * 0.02 * i), kept, "is drawn along itself");
+        let out = way(&|i| DVec3::Y * 0.007 * i);
+        assert_eq!((out[4], out[5], out[19]), (1, 2, 2), "the report of frame 3 says that it is 2.1 cells away: {out:?}");
     }
 }
