@@ -82,12 +82,14 @@ pub(crate) struct WeldRule {
 }
 
 impl WeldRule {
-    /// The rule of a plan; none if nothing grows together.
+    /// The rule of a plan whose frame starts at the clay's time `start` [s]; none if nothing grows together. The step is the number of whole parts of the time that pass in
+    /// the frame, which may be none, so that growing together takes as long whatever the frames' length.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of a tag's count")]
-    pub(crate) fn of(plan: &FramePlan) -> Option<Self> {
+    pub(crate) fn of(plan: &FramePlan, start: f64) -> Option<Self> {
         let (stress, time) = plan.material.weld.rule().filter(|_| plan.cutting.keeps_cuts())?;
         let stress = stress * plan.material.shear_strength();
-        let step = (plan.duration() / time * WELD_PARTS).ceil().clamp(1.0, WELD_PARTS) as u8;
+        let parts = |at: f64| (at / time * WELD_PARTS).floor();
+        let step = (parts(start + plan.duration()) - parts(start)).clamp(0.0, WELD_PARTS) as u8;
         stress.is_finite().then_some(Self { stress, step })
     }
 
@@ -167,6 +169,8 @@ pub(crate) fn take(tags: &mut [Tag; 2], sheet: u8, side: i8) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::material::{ClayMaterial, Weld};
+    use super::super::plan::StepLimits;
     use super::*;
 
     fn tag(sheet: u8, side: i8) -> Tag {
@@ -194,6 +198,25 @@ mod tests {
         assert!(!rule.count(&mut parted, false) && parted == tag(5, -1));
         assert!(rule.count(&mut pressed, true) && pressed == Tag::default());
         assert!(WeldRule { stress: 1.0, step: 100 }.count(&mut tag(5, 1), true), "at once");
+    }
+
+    /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it begins; and not half as long.
+    #[test]
+    fn frames_of_any_length_weld_in_the_same_time() {
+        let weld = Weld::Pressed;
+        let time = weld.rule().expect("a rule").1;
+        for duration in [1e-4, 1e-3, 3.1e-3, 0.016, 0.033] {
+            for began in [0.0, 0.0123, 71.99] {
+                let limits = StepLimits::default();
+                let plan = limits.frame(&ClayMaterial { weld, ..ClayMaterial::default() }, 0.01, duration, &[]);
+                let (mut now, mut pressed) = (began, tag(5, 1));
+                while !WeldRule::of(&plan, now).expect("a rule").count(&mut pressed, true) {
+                    now += plan.duration();
+                }
+                let took = now + plan.duration() - began;
+                assert!((took - time).abs() < time / WELD_PARTS + plan.duration(), "{took} s in frames of {duration} s");
+            }
+        }
     }
 
     /// Shares that grow along a direction, as those of a plane do, have that normal; one node alone, or shares all alike, have none.

@@ -359,7 +359,7 @@ pub(crate) fn welding() -> Vec<Agreement> {
         let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), ClayMaterial { weld: Weld::Sticky, ..soft() });
         let mut p = plan(&s, 0.25, 20, vec![]);
         // A frame of 20 substeps is a tenth of the time that growing together takes: one frame more makes it whole.
-        let part = (p.duration() / 0.05 * 100.0).ceil() as i8;
+        let part = (p.duration() / 0.05 * 100.0).floor() as i8;
         let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.03, 6.0, 11.0);
         for q in &mut s.particles {
             let side = [q.grid().x - middle.x, q.grid().y + 0.3 * q.grid().z - middle.y - 3.3];

@@ -1,5 +1,6 @@
 //! The order of the passes, once: a submission of a frame, its re-bins and its substeps.
 
+use super::super::cut::WeldRule;
 use super::super::engine::FramePlan;
 use super::super::params::Domain;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
@@ -127,7 +128,7 @@ impl<'a> Encoding<'a> {
         }
         if part.ends {
             let mut passes = vec![(Id::Store, v), (Id::Total, v), (Id::Mass, v)];
-            if cuts && self.work.params.weld_step > 0 {
+            if cuts && WeldRule::of(self.work.plan, 0.0).is_some() {
                 passes.insert(0, (Id::Weld, v));
             }
             self.pass(encoder, Some(Stretch::Report), &passes);

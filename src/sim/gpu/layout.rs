@@ -88,6 +88,8 @@ pub(super) struct ParamsInput<'a> {
     pub plan: &'a FramePlan,
     /// Substep used [s].
     pub dt: f64,
+    /// The clay's time when the frame starts [s].
+    pub start: f64,
     pub scales: Scales,
     pub particle_count: u32,
     pub slot_capacity: u32,
@@ -122,7 +124,7 @@ impl Params {
             _ => (0.0, 0.0, f64::INFINITY),
         };
         let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
-        let weld = WeldRule::of(plan);
+        let weld = WeldRule::of(plan, input.start);
         let bits = |is: &dyn Fn(&ToolShape) -> bool| {
             plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(&path.tool.shape)) << i).sum()
         };

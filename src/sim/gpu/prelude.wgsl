@@ -43,7 +43,7 @@ struct Params {
     blades: u32, // which tools are blades that hold clay off, a bit each
     solids: u32, // which tools are solid, a bit each
     weld_stress: f32, // compression across a cut at which its sides grow together, as the stress is scaled
-    weld_step: u32, // what a frame adds to the count of a pressed tag; 0 where nothing grows together
+    weld_step: u32, // what a frame adds to the count of a pressed tag
     profiles: array<array<vec4f, 17>, PROFILES_MAX>, // of bent blades: two points (x, z) of the XZ plane each
 }
 

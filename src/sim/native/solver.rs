@@ -1,5 +1,6 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
 
+use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
 use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
@@ -278,8 +279,9 @@ impl Solver {
 
     /// Lets the sides of cuts that are pressed on each other grow together.
     fn grow_together(&mut self, step: &Step, plan: &FramePlan, dt: f64, tally: &mut Tally) {
+        let Some(rule) = WeldRule::of(plan, self.time) else { return };
         let stress_unit = plan.inertial_density() * (self.domain.cell_width / dt).powi(2) / 4.0;
-        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, stress_unit);
+        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule, stress_unit);
         if tally.welded > 0 {
             self.sort(tally);
         }

@@ -12,10 +12,16 @@ use super::state::{Hot, State, Table, strains, unpack_cell};
 use glam::{DMat3, DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Counts the frame for every tag at which both sides meet; returns how many have grown together and are gone. `stress_unit` is that of `step`'s law
-/// [Pa].
-pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, stress_unit: f64) -> u64 {
-    let Some(rule) = WeldRule::of(plan) else { return 0 };
+/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have grown together and are gone. `stress_unit` is
+/// that of `step`'s law [Pa].
+pub(super) fn grow_together(
+    state: &mut State,
+    grid: &Grid,
+    step: &Step,
+    plan: &FramePlan,
+    rule: WeldRule,
+    stress_unit: f64,
+) -> u64 {
     let table = state.table.clone();
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     tasks.retain(|w| !w.run.tagged.is_empty());

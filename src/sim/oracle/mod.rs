@@ -82,7 +82,7 @@ impl Oracle {
         for step in 0..plan.steps {
             let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
             if step + 1 == plan.steps {
-                weld::grow_together(&mut self.particles, &grid, plan, &mut frame);
+                weld::grow_together(&mut self.particles, &grid, plan, self.time, &mut frame);
             }
         }
         self.time += plan.duration();

@@ -12,9 +12,9 @@ use super::stencil::stencil;
 use super::{Particle, law};
 use glam::DVec3;
 
-/// Counts the frame for every tag at which both sides meet; those that have grown together are gone.
-pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &FramePlan, frame: &mut FrameReport) {
-    let Some(rule) = WeldRule::of(plan) else { return };
+/// Counts the frame, which began at `start` [s], for every tag at which both sides meet; those that have grown together are gone.
+pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &FramePlan, start: f64, frame: &mut FrameReport) {
+    let Some(rule) = WeldRule::of(plan, start) else { return };
     for particle in particles {
         for i in 0..2 {
             let tag = particle.tags[i];
