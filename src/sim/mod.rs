@@ -9,6 +9,7 @@
 //! | `p2g`   | mass and momentum of each side class to the nodes, with the stress impulse            | Eq. 2-4           |
 //! | `grid`  | momentum -> velocity, gravity, contact of the two sides, tools, walls                 | -                 |
 //! | `g2p`   | velocity and affine from the particle's own side, advection, elastic strain, flow     | Eq. 5 (softening) |
+//! | `weld`  | sides of a cut that are pressed on each other grow together; once, at the frame's end | -                 |
 //!
 //! # The substep, exactly
 //!
@@ -70,6 +71,12 @@
 //!    `+= a`, `E = exp(2 H) - I`. `sY = sY0 (1 - s zeta) (1 - loss D) + H_mod hardening` with the distance of zeta from the new `x` to the nearest tool at `t + h` and the working
 //!    `D` before; then `1 - D *= exp(-rate a)`, `D *= exp(-h / rest_time)`. Eigenvalues of `b` are clamped to
 //!    `[0.05^2, 20^2]` and counted.
+//! 5. `weld`, after the frame's last substep, unless [`weld`](material::ClayMaterial::weld) is off: for each tag of a particle at its new `x` whose sheet is that of no blade of the plan, with the unfolded node masses
+//!    of 2. of the last substep: `M = sum w m`, `G = sum w m (x_i - x)` of the classes with either side of the sheet. Both sides meet if each has more than
+//!    [`MEETING_SHARE`](cut) `= 1e-3` of `M_F + M_B`; else, and where `n = (M_B G_F - M_F G_B) / |..|` vanishes, the tag is left alone. The sides are pressed if `n . sigma n < -c k` with the particle's
+//!    Cauchy stress `sigma = tau / J` and k the fresh clay's shear strength. A tag counts, in the magnitude of its side from 1 on: pressed,
+//!    `floor(100 (t0 + T) / t_w) - floor(100 t0 / t_w)`, 100 at most, is added (t0 the clay's time when the frame starts, T its length), and above 100 the tag is gone and counted;
+//!    not pressed, it is 1 again. c and t_w are 0.5 and 0.3 s, sticky 0.05 and 0.05 s.
 //!
 //! # The methods of others
 //!
