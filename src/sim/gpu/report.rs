@@ -6,7 +6,7 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::ParticleSums;
-use super::layout::{Status, Total, centre};
+use super::layout::{Status, Total, centre, flag};
 use super::plan::Forecast;
 use glam::{DMat3, DVec3};
 
@@ -169,5 +169,33 @@ pub(super) fn surface_particle(p: &Particle, cell_width: f64) -> SurfaceParticle
         volume_ratio: p.volume_ratio() as f32,
         density_weight: (f64::from(p.rest_volume) / cell_width.powi(3)) as f32,
         tags: u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()]),
+    }
+}
+
+/// What the flags of a frame that no retry has mended say of it.
+pub(super) fn trouble(flags: u32) -> Health {
+    let has = |bits| flags & bits != 0;
+    match flags {
+        _ if has(flag::SPEED | flag::MARGIN) => Health::SPEED,
+        _ if has(flag::NON_FINITE) => Health::NON_FINITE,
+        _ if has(flag::CAPACITY | flag::OVERFLOW) => Health::CAPACITY,
+        _ if has(flag::CROWDED) => Health::CROWDED,
+        // No flag, but sums that are not finite.
+        _ => Health::NON_FINITE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A frame that asks for more room again and again is not said to have lost its numbers.
+    #[test]
+    fn trouble_is_called_what_it_is() {
+        assert_eq!(trouble(flag::CAPACITY), Health::CAPACITY);
+        assert_eq!(trouble(flag::OVERFLOW | flag::CROWDED), Health::CAPACITY);
+        assert_eq!(trouble(flag::CROWDED), Health::CROWDED);
+        assert_eq!(trouble(flag::MARGIN | flag::OVERFLOW), Health::SPEED);
+        assert_eq!((trouble(flag::NON_FINITE), trouble(0)), (Health::NON_FINITE, Health::NON_FINITE));
     }
 }

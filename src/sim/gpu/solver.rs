@@ -156,19 +156,6 @@ fn mass_unit(domain: &Domain) -> f64 {
     (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
 }
 
-/// What the flags of a frame that no retry has mended say of it.
-fn trouble(flags: u32) -> Health {
-    let has = |bits| flags & bits != 0;
-    match flags {
-        _ if has(flag::SPEED | flag::MARGIN) => Health::SPEED,
-        _ if has(flag::NON_FINITE) => Health::NON_FINITE,
-        _ if has(flag::CAPACITY | flag::OVERFLOW) => Health::CAPACITY,
-        _ if has(flag::CROWDED) => Health::CROWDED,
-        // No flag, but sums that are not finite.
-        _ => Health::NON_FINITE,
-    }
-}
-
 impl Solver {
     /// Puts `particles`, finite and inside the domain's room, on the device.
     ///
@@ -467,7 +454,7 @@ impl Solver {
             }
             return Ok(None);
         }
-        frame.health.insert(trouble(status.flags));
+        frame.health.insert(super::report::trouble(status.flags));
         if frame.redone < REDO_MAX {
             frame.redone += 1;
             frame.fit(&self.domain);
@@ -498,20 +485,5 @@ impl Solver {
         self.forecasts[self.reported % 2] = self.forecasts[(self.reported + 1) % 2];
         self.reported += 1;
         Some(report)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A frame that asks for more room again and again is not said to have lost its numbers.
-    #[test]
-    fn trouble_is_called_what_it_is() {
-        assert_eq!(trouble(flag::CAPACITY), Health::CAPACITY);
-        assert_eq!(trouble(flag::OVERFLOW | flag::CROWDED), Health::CAPACITY);
-        assert_eq!(trouble(flag::CROWDED), Health::CROWDED);
-        assert_eq!(trouble(flag::MARGIN | flag::OVERFLOW), Health::SPEED);
-        assert_eq!((trouble(flag::NON_FINITE), trouble(0)), (Health::NON_FINITE, Health::NON_FINITE));
     }
 }
