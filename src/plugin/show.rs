@@ -6,8 +6,8 @@ use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use crate::sim::engine::{Deferred, SurfaceSource};
-use crate::surface::extract::extract;
 use crate::surface::field::{SurfaceSettings, Tier};
+use crate::surface::grains::{Grain, ball_triangles, extract_with_grains};
 use crate::surface::mesh::Mesh as Surface;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
@@ -23,19 +23,31 @@ use std::time::Instant;
 /// Colour of clay where the app gives no material: worked pottery clay.
 const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
-/// The surface as apps may read it. Where the processor makes what is shown it is that: the data of the [`Mesh3d`], whose asset lives in the render world alone. Where the
+/// The surface as apps may read it. Where the processor makes what is shown it is that: the data of the [`Mesh3d`], whose asset lives in the render world alone, and in which a
+/// ball for each grain stands behind the surface. Where the
 /// graphics device does ([`SurfaceMaker`](super::clay::SurfaceMaker)) it is a coarse one, to point at.
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
     mesh: Arc<Surface>,
+    grains: Arc<[Grain]>,
     state: State,
     extract_ms: f64,
 }
 
 impl ClaySurface {
-    /// The surface in the clay's own frame [m], with smooth normals.
+    /// The surface in the clay's own frame [m], closed, with smooth normals.
     pub fn mesh(&self) -> &Arc<Surface> {
         &self.mesh
+    }
+
+    /// The particles that the surface does not show, in the clay's own frame: drawn as balls beside it.
+    pub fn grains(&self) -> &[Grain] {
+        &self.grains
+    }
+
+    /// Triangles of surface and balls.
+    pub(super) fn triangle_count(&self) -> usize {
+        self.mesh.triangles.len() + ball_triangles(self.grains.len())
     }
 
     /// Counts the states of the clay: greater is newer.
@@ -72,6 +84,7 @@ pub(super) struct Extraction {
 /// A surface as it comes from its task, ready to be swapped in.
 struct Extracted {
     surface: Arc<Surface>,
+    grains: Arc<[Grain]>,
     mesh: Mesh,
     bounds: Aabb,
     extract_ms: f64,
@@ -80,16 +93,17 @@ struct Extracted {
 impl Extracted {
     fn new(make: Deferred<SurfaceSource>, tier: Tier) -> Self {
         let began = Instant::now();
-        let surface = extract(&make(), &SurfaceSettings::new(tier));
-        let (low, high) = surface.bounds().unwrap_or_default();
-        let normals = surface.normals.clone().unwrap_or_default();
+        let extraction = extract_with_grains(&make(), &SurfaceSettings::new(tier));
+        let drawn = extraction.drawn();
+        let (low, high) = drawn.bounds().unwrap_or_default();
         // The copy on the graphics device is enough; apps read `ClaySurface`.
         let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
-            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
-            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-            .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()));
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, drawn.positions)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, drawn.normals.unwrap_or_default())
+            .with_inserted_indices(Indices::U32(drawn.triangles.into_flattened()));
         let bounds = Aabb::from_min_max(low.as_vec3(), high.as_vec3());
-        Self { surface: Arc::new(surface), mesh, bounds, extract_ms: began.elapsed().as_secs_f64() * 1e3 }
+        let (surface, grains) = (Arc::new(extraction.mesh), extraction.grains.into());
+        Self { surface, grains, mesh, bounds, extract_ms: began.elapsed().as_secs_f64() * 1e3 }
     }
 }
 
@@ -130,12 +144,14 @@ pub(super) fn swap(
             continue;
         }
         let mut entity = commands.entity(entity);
-        entity.insert(ClaySurface { mesh: new.surface.clone(), state, extract_ms: new.extract_ms });
+        let shown = ClaySurface { mesh: new.surface, grains: new.grains, state, extract_ms: new.extract_ms };
+        let is_empty = shown.triangle_count() == 0;
+        entity.insert(shown);
         if is_drawn {
             // The device makes what is shown; this one is for apps to read.
             continue;
         }
-        if new.surface.triangles.is_empty() {
+        if is_empty {
             entity.remove::<(Mesh3d, Aabb)>();
             continue;
         }

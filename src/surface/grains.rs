@@ -1,5 +1,6 @@
 //! Particles that no surface shows: drawn as balls beside the mesh, so that no clay is invisible.
 
+use super::balls::{Ball, add_balls};
 use super::extract::extract_by;
 use super::field::{Field, SurfaceSettings};
 use super::labels::Rules;
@@ -9,9 +10,13 @@ use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 
 /// Density around a particle, below which it may be a grain: half of what the particles of 2^3 have, a fifth of those on a flat surface.
-const GRAIN_DENSITY: f32 = 0.15;
+pub(super) const GRAIN_DENSITY: f32 = 0.15;
 /// Particles of the smallest cluster that is meshed: smaller ones come out at 1.5 to 2.4 times their volume.
-const CLUSTER_MIN: usize = 8;
+pub(super) const CLUSTER_MIN: usize = 8;
+
+/// Field over the threshold below which a particle is drawn. Particles at the sharp edges of bodies, which the surface rounds, have 0.54 and more: balls
+/// there would be beads on every edge. Between that and the threshold a particle is within about its spacing of the surface.
+pub(super) const GRAIN_FIELD: f32 = 0.5;
 
 /// A ball that stands for one particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +24,7 @@ pub struct Grain {
     /// Centre [m].
     pub position: [f32; 3],
     /// Radius of a ball [m] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the particle's present volume times
-    /// 1 - f / threshold at its place. So grains that the surface takes in shrink to nothing as it comes.
+    /// 1 - 2 f / threshold at its place. So grains that the surface takes in shrink to nothing as it comes.
     pub radius: f32,
     /// Its number in the source.
     pub particle: u32,
@@ -34,8 +39,23 @@ pub struct Extraction {
     pub grains: Vec<Grain>,
 }
 
+impl Extraction {
+    /// The surface with a ball for each grain behind it, to be looked at: an icosahedron of the grain's volume, or, of more than 10,000 grains, an
+    /// octahedron. Not to be exported: balls may touch each other and the surface.
+    pub fn drawn(&self) -> Mesh {
+        let mut mesh = self.mesh.clone();
+        add_balls(&mut mesh, &self.grains);
+        mesh
+    }
+}
+
+/// Triangles that [`Extraction::drawn`] has for so many grains.
+pub fn ball_triangles(grain_count: usize) -> usize {
+    grain_count * Ball::for_count(grain_count).counts().1
+}
+
 /// The surface, and each particle that it does not show: clusters of fewer than 8 particles that stand free, and particles where the
-/// field is below the threshold.
+/// field is below half the threshold. Every other one is within the surface or about a particle's spacing from it, at an edge that it rounds.
 pub fn extract_with_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> Extraction {
     let (field, grains) = Field::without_grains(source, settings);
     let mesh = extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals);
