@@ -74,6 +74,9 @@ impl Witness {
             self.leaked += 1;
             self.is_through[index] = true;
             self.side[index] = sign(after);
+        } else if !self.is_inside(before) && self.is_inside(after) {
+            // It came round the rim, or from beside it through the plane, by less than counts: then it belongs where it came from.
+            self.side[index] = if crossed && self.is_inside(foot) { sign(before) } else { sign(after) };
         }
     }
 

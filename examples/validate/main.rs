@@ -174,6 +174,7 @@ const CASES: &[Case] = &[
     surface_case("sphere", surface::sphere),
     surface_case("clusters", surface::clusters),
     surface_case("surface in motion", surface::motion),
+    surface_case("clay at rest", surface::at_rest),
     surface_case("surface time", surface::speed),
     surface_case("surface on the device", surface::on_device),
     surface_case("files", files::round_trips),

@@ -106,6 +106,9 @@ pub(crate) const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 pub(crate) const DENSITY_MIN: f32 = 0.02;
 
+/// Change of a value, in those of the inside, that is not seen: the surface of clay at rest stays as it is, bit by bit.
+pub(crate) const HYSTERESIS: f32 = 0.01;
+
 /// The fields on the visual grid: f in all, P and M of the two sides of each cut.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -196,6 +199,19 @@ impl Field {
         };
         let grains = (0..particles.len() as u32).into_par_iter().filter_map(outside).collect();
         (field, grains)
+    }
+
+    /// Whether the surface of `earlier` still stands for this field's: the same blocks and cuts, and no value more than a hundredth of the inside's
+    /// away, which is a hundredth of a cell or so at the surface.
+    pub fn is_still(&self, earlier: &Self) -> bool {
+        let is_same_room =
+            (self.origin, self.spacing, self.sheets.len()) == (earlier.origin, earlier.spacing, earlier.sheets.len());
+        let is_still = |a: &NodeValues, b: &NodeValues| a.is_within(b, HYSTERESIS);
+        let sheets = || self.sheets.iter().zip(&earlier.sheets);
+        is_same_room
+            && self.grid.blocks() == earlier.grid.blocks()
+            && is_still(&self.total, &earlier.total)
+            && sheets().all(|(a, b)| a.sheet == b.sheet && is_still(&a.front, &b.front) && is_still(&a.back, &b.back))
     }
 
     /// The greatest difference of a node's value to that of another field of the same lattice, in any of f, P and M.

@@ -137,6 +137,12 @@ impl NodeValues {
         (chunk != ABSENT).then(|| &self.values[chunk as usize * BLOCK_NODES..][..BLOCK_NODES])
     }
 
+    /// Whether the same blocks are stored, and no value is further than `by` from the other's.
+    pub(crate) fn is_within(&self, other: &Self, by: f32) -> bool {
+        let blocks = || self.values.par_chunks(BLOCK_NODES).zip(other.values.par_chunks(BLOCK_NODES));
+        self.chunks == other.chunks && blocks().all(|(a, b)| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by))
+    }
+
     /// Bytes of the values.
     pub(crate) fn memory(&self) -> usize {
         size_of_val(&self.values[..])

@@ -139,6 +139,7 @@ fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     assert!(first.words == second.words && second.status.extraction_count == 1 && second.status.is_changed == 0);
     let forced = run.frame(&source, true);
     assert!(first.words == forced.words && forced.status.extraction_count == 2);
+    assert_eq!([second.status.slot_counts, forced.status.slot_counts], [first.status.slot_counts; 2], "blocks of the same clay");
     let moved = run.frame(&shaken(0.3), false);
     assert!(first.words != moved.words && moved.status.extraction_count == 3 && moved.status.is_changed == 1);
     let fewer =

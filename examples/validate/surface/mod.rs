@@ -6,12 +6,14 @@ mod cuts;
 mod device;
 mod fields;
 mod gpu;
+mod rest;
 mod settled;
 
 pub(crate) use ball::{clusters, motion, speed, sphere};
 pub(crate) use cuts::{cuts, meeting_cuts};
 pub(crate) use fields::random_fields;
 pub(crate) use gpu::on_device;
+pub(crate) use rest::at_rest;
 pub(crate) use settled::cases as settled_cuts;
 
 use crate::lab::Random;

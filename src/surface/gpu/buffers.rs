@@ -99,7 +99,8 @@ impl Buffers {
             let label = format!("clay surface:{name}");
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&label),
-                size: bytes.max(16),
+                // No larger than asked for: passes go by the length of what is bound.
+                size: bytes.max(4),
                 usage,
                 mapped_at_creation: false,
             })

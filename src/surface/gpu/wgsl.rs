@@ -2,7 +2,7 @@
 
 use super::super::balls::{Ball, ROUND_MAX};
 use super::super::cells::CROSSING_MIN;
-use super::super::field::{BULK_DENSITY, DENSITY_MIN, SURFACE_DENSITY};
+use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
 use super::super::grains::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
@@ -12,8 +12,6 @@ use std::fmt::Write;
 
 /// Units of fixed point in the inside of clay: sums of up to 128 times that, resolved to 1e-7 of it.
 const FIXED_POINT: f32 = 16_777_216.0;
-/// Change of a value, in those of the inside, that is not seen: clay at rest stays as it is, bit by bit.
-const HYSTERESIS: f32 = 0.01;
 /// Entries of the block table that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 

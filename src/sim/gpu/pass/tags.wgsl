@@ -35,9 +35,17 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         // A wire holds nothing off, and tags nothing twice.
         let holds = t.shape != WIRE;
         let at_blade = is_near || (holds && is_crossed(t, before, after));
+        let is_new = holds && !was_near && at_blade;
+        var is_behind = from_.distance < 0.0;
+        if is_new && !from_.is_inside {
+            // From beside the rim: did it come through the blade (`Blade::is_crossed_from_beside`)?
+            let was = 2.0 * before - local_end(t, cell, x - velocity.xyz);
+            let now = local_start(t, cell, x);
+            is_behind = (to.distance < 0.0) != (is_crossed(t, was, now) != is_crossed(t, now, after));
+        }
         var place = place_of(packed, t.sheet);
-        if at_blade && ((holds && !was_near) || place == NONE) {
-            let taken = t.sheet | (select(1u, 255u, from_.distance < 0.0) << 8u);
+        if is_new || (at_blade && place == NONE) {
+            let taken = t.sheet | (select(1u, 255u, is_behind) << 8u);
             if place == NONE {
                 // The newest sheet comes first.
                 let has_first = (packed & 0xff00u) != 0u;
