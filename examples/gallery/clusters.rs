@@ -9,7 +9,7 @@ use bevy_clay::surface::mesh::Mesh;
 use glam::DVec3;
 
 /// Cell width [m].
-const CELL: f64 = 0.001;
+pub(crate) const CELL: f64 = 0.005;
 /// Radius of the ball [cells].
 const RADIUS: f64 = 4.0;
 /// Particles of a cluster along each axis, half a cell apart: clusters of 1, 2, 4, 8 and 27.
@@ -47,7 +47,7 @@ pub(crate) fn clay() -> SurfaceSource {
 pub(crate) fn meshes() -> [(&'static str, Mesh); 2] {
     let clay = clay();
     [
-        ("Eq. 9 as published", extract(&clay, &SurfaceSettings::equation_9())),
+        ("Equation 9 as published", extract(&clay, &SurfaceSettings::equation_9())),
         ("surface and grains", extract_with_grains(&clay, &SurfaceSettings::default()).drawn()),
     ]
 }

@@ -2,6 +2,8 @@
 //!
 //! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
 
+mod delay;
+
 use bevy::app::{PluginGroupBuilder, PluginsState};
 use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 use bevy::log::LogPlugin;
@@ -43,6 +45,14 @@ fn plugins() -> PluginGroupBuilder {
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((plugins(), ClayPlugins)).insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+    app
+}
+
+/// An app whose frames are drawn before the next begins.
+fn app_in_step() -> App {
+    let mut app = App::new();
+    let plugins = plugins().disable::<PipelinedRenderingPlugin>();
+    app.add_plugins((plugins, ClayPlugins)).insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
     app
 }
 
@@ -224,33 +234,49 @@ fn ball(radius: f64) -> Snapshot {
     Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles }
 }
 
-/// Triangles that the processor makes of the clay as it stands.
-fn triangles(world: &World, clay: Entity) -> usize {
+/// Triangles that the processor makes of the clay as it stands, of the surface and with its balls.
+fn triangles(world: &World, clay: Entity) -> (usize, usize) {
     let source = world.get::<ClayEngine>(clay).and_then(ClayEngine::surface).expect("a surface");
-    extract(&source, &SurfaceSettings::new(Tier::Fine)).triangles.len()
+    let all = extract_with_grains(&source, &SurfaceSettings::new(Tier::Fine));
+    (all.mesh.triangles.len(), all.drawn().triangles.len())
 }
 
-/// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has moved, and of clay that the first mesh has no room for; who makes them
-/// may change at any time.
+/// The cube, and a particle alone, far above it.
+fn cube_and_particle() -> Snapshot {
+    let mut snapshot = cube();
+    let place = snapshot.domain.to_grid(DVec3::new(3.0, 14.0, 5.0) * DX);
+    snapshot.particles.push(Particle::at(place, (DX.powi(3) / 8.0) as f32, 512));
+    snapshot
+}
+
+/// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has moved, and of clay that the first mesh has no room for, with a ball for
+/// a particle alone; who makes them may change at any time.
 fn surface_is_made_on_the_device() -> Result<(), Failed> {
-    for (engine, snapshot) in [(EngineChoice::Native, cube()), (EngineChoice::Gpu, cube()), (EngineChoice::Native, ball(12.2))] {
+    let clays = [
+        (EngineChoice::Native, cube_and_particle(), 20),
+        (EngineChoice::Gpu, cube_and_particle(), 20),
+        (EngineChoice::Native, ball(12.2), 0),
+    ];
+    for (engine, snapshot, of_balls) in clays {
         let mut app = app();
         let gravity = DVec3::NEG_Y * GRAVITY;
         let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, ..default() };
         let clay = app.world_mut().spawn((Clay::new(snapshot), settings)).id();
         settle(&mut app, "an engine", |world| world.get::<ClayEngine>(clay).is_some())?;
-        let expected = triangles(app.world(), clay);
+        let (body, expected) = triangles(app.world(), clay);
+        check(expected == body + of_balls, format!("{expected} triangles with balls, {body} without"))?;
         settle(&mut app, "the surface", |world| status(world, clay).triangle_count == expected)?;
         let mesh = |world: &World| world.get::<Mesh3d>(clay).map(|mesh| mesh.id());
         let drawn = mesh(app.world());
         check(drawn.is_some(), "nothing to draw")?;
         run(&mut app, clay, 0.01)?;
-        let expected = triangles(app.world(), clay);
+        let (body, expected) = triangles(app.world(), clay);
+        check(expected == body + of_balls, format!("{expected} triangles with balls, {body} without, after a while"))?;
         // What changes by less than a hundredth is not extracted anew.
         let is_near = |count: usize| count.abs_diff(expected) <= expected / 50;
         settle(&mut app, "the surface after a while", |world| is_near(status(world, clay).triangle_count))?;
         app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Cpu;
-        let by_processor = |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().triangles.len()) == expected;
+        let by_processor = |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().triangles.len()) == body;
         settle(&mut app, "the processor's surface", |world| {
             by_processor(world) && mesh(world).is_some_and(|m| Some(m) != drawn)
         })?;
@@ -293,13 +319,14 @@ fn main() {
     let mut arguments = Arguments::from_args();
     // Software adapters use all cores for each.
     arguments.test_threads.get_or_insert(1);
-    let trials: [(&str, Test); 7] = [
+    let trials: [(&str, Test); 8] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
         ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
         ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
         ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
         ("surface_is_made_on_the_device", surface_is_made_on_the_device),
+        ("frame_drawn_is_the_frame_simulated", delay::frame_drawn_is_the_frame_simulated),
         ("systems_have_an_order", systems_have_an_order),
     ];
     let mode = GpuMode::from_env().expect("CLAY_GPU");

@@ -267,6 +267,8 @@ fn grains_agree(device: &Device) -> Result<(), Failed> {
         let output = device.run_with_grains(&source, &settings).frame(&source, false);
         assert!(output.grains.is_empty() && output.words == device.extract(&source, &settings).words);
     }
+    let none = SurfaceSource { domain: domain(30.0), particles: Vec::new().into() };
+    assert_eq!(device.run_with_grains(&none, &SurfaceSettings::default()).frame(&none, false).status.index_count, 0);
     Ok(())
 }
 

@@ -137,7 +137,7 @@ fn clusters_beside_a_ball_show() {
     let particles = clusters::clay().particles.len();
     let [(_, published), (_, ours)] = clusters::meshes();
     let volumes = |mesh: &Mesh| {
-        let mut volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / 1e-9 * 8.0).collect();
+        let mut volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / clusters::CELL.powi(3) * 8.0).collect();
         volumes.sort_by(f64::total_cmp);
         volumes
     };
@@ -146,11 +146,11 @@ fn clusters_beside_a_ball_show() {
     assert!(published.iter().rev().skip(1).all(|v| *v < 0.1), "{published:?}");
     let ours = volumes(&ours);
     println!("{published:.2?} {ours:.2?} {particles}");
-    assert_eq!(ours.len(), 1 + 2 + 4 + 1 + 1 + 1, "a ball for each particle of the small ones, a body for each of the others");
-    assert!(ours[..7].iter().all(|v| (v - 1.0).abs() < 1e-3), "{ours:?}");
-    assert!((ours[7] / 8.0 - 1.0).abs() < 0.5 && (ours[8] / 27.0 - 1.0).abs() < 0.25, "{ours:?}");
+    assert_eq!(ours.len(), 1 + 2 + 4 + 8 + 1 + 1, "a ball for each particle of the small ones, a body for each of the others");
+    assert!(ours[..15].iter().all(|v| (v - 1.0).abs() < 1e-3), "{ours:?}");
+    assert!((ours[15] / 27.0 - 1.0).abs() < 0.25, "{ours:?}");
     // A ball of 4 cells is all skin.
-    assert!((ours[9] / (particles - 42) as f64 - 1.0).abs() < 0.05, "{ours:?}");
+    assert!((ours[16] / (particles - 42) as f64 - 1.0).abs() < 0.05, "{ours:?}");
 }
 
 /// Bodies have no grains, whatever their edges, where ever they are on the grid: no edge is beset with balls.

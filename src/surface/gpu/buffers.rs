@@ -127,7 +127,7 @@ impl Buffers {
             planes: storage("planes", 4 * 256),
             occupancy: for_grains("occupancy", u64::from(room.cell_blocks) * BLOCK_BYTES),
             grains: for_grains("grains", words(particles)),
-            kept_grains: for_grains("kept grains", 4 * words(particles)),
+            kept_grains: for_grains("kept grains", 4 * words(particles.max(1))),
             grain_counts: for_grains("grain counts", words(particles.div_ceil(64))),
             cases: device.create_buffer_init(&BufferInitDescriptor {
                 label: Some("clay surface:cases"),
