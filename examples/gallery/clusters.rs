@@ -15,7 +15,7 @@ const RADIUS: f64 = 4.0;
 /// Particles of a cluster along each axis, half a cell apart: clusters of 1, 2, 4, 8 and 27.
 const CLUSTERS: [[u32; 3]; 5] = [[1, 1, 1], [2, 1, 1], [2, 1, 2], [2, 2, 2], [3, 3, 3]];
 /// Middles of neighbouring clusters [cells].
-const SPACING: f64 = 3.3;
+const SPACING: f64 = 3.6;
 
 /// The clay: a ball, and the clusters in a row in front of it, all upon the same floor.
 pub(crate) fn clay() -> SurfaceSource {

@@ -47,6 +47,9 @@ fn main() -> ExitCode {
     }
 }
 
+/// Way from the small clusters to the camera.
+const CLUSTERS_VIEW: [Vec3; 1] = [Vec3::new(0.15, 0.8, 1.0)];
+
 /// Runs the scenes that are asked for.
 fn shots(args: &Args) -> Result<Vec<Shot>, String> {
     let is_asked = |name: &str| args.only.as_ref().is_none_or(|part| name.contains(part.as_str()));
@@ -72,7 +75,7 @@ fn shots(args: &Args) -> Result<Vec<Shot>, String> {
         [("fig4_equation_9", published), ("fig4_grains", ours)].into_iter().filter(|(name, _)| is_asked(name))
     {
         println!("{name}: {} pieces by {way}", mesh.components().len());
-        shots.push(Shot { name, subject: Subject::Mesh(mesh), views: &[Vec3::new(0.15, 0.8, 1.0)], room });
+        shots.push(Shot { name, subject: Subject::Mesh(mesh), views: &CLUSTERS_VIEW, room });
     }
     if shots.is_empty() {
         return Err(format!("no picture has {:?} in its name", args.only.as_deref().unwrap_or_default()));
