@@ -36,8 +36,10 @@ fn press(time: Res<Time>, mut ball: Single<&mut Transform, With<SculptTool>>) {
 fn check(mut frame: Local<u32>, surface: Option<Single<&ClaySurface>>, mut exit: MessageWriter<AppExit>) {
     *frame += 1;
     if std::env::args().skip_while(|a| a != "--frames").nth(1).and_then(|n| n.parse().ok()) == Some(*frame) {
-        let is_dent = |p: &[f32; 3]| (0.015..0.027).contains(&p[1]) && p[0].abs().max(p[2].abs()) < 0.02;
-        let is_dented = surface.is_some_and(|surface| surface.mesh().positions.iter().any(is_dent));
+        // Straight down, every 2 mm of the way round.
+        let place = |i: i32| Vec3::new((i % 19 - 9) as f32, 50.0, (i / 19 - 9) as f32) * 0.002;
+        let depth = |surface: &ClaySurface, i| surface.cast(Ray3d::new(place(i), Dir3::NEG_Y)).map(|hit| hit.point.y);
+        let is_dented = surface.is_some_and(|surface| (0..361).any(|i| depth(&surface, i).is_some_and(|y| y < 0.027)));
         exit.write(if is_dented { AppExit::Success } else { AppExit::error() });
     }
 }

@@ -63,7 +63,7 @@ run_examples() {
             cargo run --quiet --no-default-features --example chart -- --smoke --out "$results/chart"
             ;;
         validate) ;; # has a section of its own
-        minimal | sculpt) ;; # need a window: see run_windows
+        minimal | sculpt | gallery) ;; # draw: see run_windows
         *)
             echo "example $name is not run by scripts/test.sh: add it" >&2
             return 1
@@ -101,6 +101,7 @@ run_windows() {
     done
     bash scripts/window.sh "$results/window"
     cargo run --quiet --example headless -- assets/scenes/cube_cut.ron --out "$results/pictures" --frames 3 --pictures 2
+    cargo run --quiet --example gallery -- --out "$results/gallery" --quick --only half_open
 }
 
 validate() {

@@ -66,7 +66,6 @@ fn main() -> AppExit {
         .insert_resource(args)
         .insert_resource(start)
         .init_resource::<tools::Hand>()
-        .init_resource::<pick::Picking>()
         .init_resource::<stroke::Pointer>()
         .init_resource::<stroke::Work>()
         .init_resource::<pace::Pace>()
@@ -83,7 +82,7 @@ fn main() -> AppExit {
         )
         .add_systems(PreUpdate, screen::fit)
         .add_systems(PostUpdate, screen::refresh)
-        .add_systems(Update, (pick::sort, tools::tint, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show))
+        .add_systems(Update, (tools::tint, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show))
         .add_systems(EguiPrimaryContextPass, (screen::show, hud::bar, hud::help).chain());
     // The camera with the panels is chosen by hand.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;

@@ -1,9 +1,10 @@
 //! A stroke made by itself, on the way that the mouse takes: for checks where nobody holds a mouse.
 
-use crate::pick::Picking;
+use crate::pick;
 use crate::stroke::Pointer;
 use crate::watch::Watch;
 use bevy::prelude::*;
+use bevy_clay::prelude::ClaySurface;
 use std::time::{Duration, Instant};
 
 /// How long the pointer hovers, then presses.
@@ -24,17 +25,17 @@ pub(crate) enum Script {
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn play(
     camera: Single<&GlobalTransform, With<Camera3d>>,
-    picking: Res<Picking>,
+    surface: Query<&ClaySurface>,
     mut script: ResMut<Script>,
     mut pointer: ResMut<Pointer>,
     mut watch: ResMut<Watch>,
 ) {
     pointer.is_scripted = true;
-    let Some(grid) = &picking.grid else { return };
+    let Some((middle, _)) = surface.single().ok().and_then(pick::ball) else { return };
     match *script {
         Script::Waiting => {
             let origin = camera.translation();
-            pointer.ray = Dir3::new(grid.ball().0 - origin).ok().map(|direction| Ray3d { origin, direction });
+            pointer.ray = Dir3::new(middle - origin).ok().map(|direction| Ray3d { origin, direction });
             *script = Script::Hovering(Instant::now());
         }
         Script::Hovering(since) if since.elapsed() > HOVERING => {

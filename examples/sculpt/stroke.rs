@@ -1,6 +1,6 @@
 //! From the pointer to the tool: over the clay it hovers, pressed it goes in, and it never moves faster than the clay can follow.
 
-use crate::pick::{Hit, PickGrid, Picking};
+use crate::pick::{self, Hit};
 use crate::screen;
 use crate::tools::{Hand, InHand, ToolKind};
 use bevy::prelude::*;
@@ -72,7 +72,7 @@ pub(crate) struct Done {
     pub(crate) number: u32,
     pub(crate) kind: ToolKind,
     /// The surface it began with.
-    pub(crate) before: Arc<PickGrid>,
+    pub(crate) before: ClaySurface,
     /// Rays along the stroke and where they met that surface.
     pub(crate) places: Vec<(Ray3d, Hit)>,
 }
@@ -82,7 +82,7 @@ pub(crate) struct Done {
 pub(crate) struct Stroke {
     pub(crate) began: Instant,
     /// The surface it began with: the tool's depth is measured from there, for the clay yields under it.
-    pub(crate) before: Arc<PickGrid>,
+    pub(crate) before: ClaySurface,
     /// Rays along the stroke and where they met that surface.
     pub(crate) places: Vec<(Ray3d, Hit)>,
     hit: Hit,
@@ -125,7 +125,8 @@ struct Held<'a> {
 /// Moves the tool.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn work(
-    (pointer, picking, hand): (Res<Pointer>, Res<Picking>, Res<Hand>),
+    (pointer, hand): (Res<Pointer>, Res<Hand>),
+    surface: Query<&ClaySurface>,
     (real, clock): (Res<Time<Real>>, Res<Time<Virtual>>),
     camera: Single<&GlobalTransform, With<Camera3d>>,
     tool: Single<(&mut SculptTool, &mut Transform, &mut Visibility), With<InHand>>,
@@ -136,7 +137,7 @@ pub(crate) fn work(
     let mut held = Held { tool, place, visibility };
     let eye = Eye { right: *camera.right(), forward: *camera.forward() };
     let Some(stroke) = &mut work.stroke else {
-        if let Some(stroke) = hover(&pointer, &picking, &hand, eye, &mut held) {
+        if let Some(stroke) = hover(&pointer, surface.single().ok(), &hand, eye, &mut held) {
             work.count += 1;
             // A knife cuts a sheet of its own with each stroke; a sheet's id is the low byte of the tool's.
             held.tool.id = if hand.kind == ToolKind::Knife { 1 + work.count % 255 } else { 1 };
@@ -160,23 +161,23 @@ pub(crate) fn work(
 }
 
 /// Shows the tool where the pointer meets the clay; pressed there, a stroke begins. A cut may begin beside the clay.
-fn hover(pointer: &Pointer, picking: &Picking, hand: &Hand, eye: Eye, held: &mut Held) -> Option<Stroke> {
+fn hover(pointer: &Pointer, surface: Option<&ClaySurface>, hand: &Hand, eye: Eye, held: &mut Held) -> Option<Stroke> {
     let is_cut = hand.kind == ToolKind::Knife && pointer.is_down;
-    let met = picking.grid.as_ref().zip(pointer.ray).and_then(|(grid, ray)| {
-        let hit = grid.cast(ray).or_else(|| beside(grid, ray, eye).filter(|_| is_cut))?;
-        Some((grid, ray, hit))
+    let met = surface.zip(pointer.ray).and_then(|(surface, ray)| {
+        let hit = pick::cast(surface, ray).or_else(|| beside(surface, ray, eye).filter(|_| is_cut))?;
+        Some((surface, ray, hit))
     });
     held.visibility.set_if_neq(if met.is_some() { Visibility::Inherited } else { Visibility::Hidden });
-    let (grid, ray, hit) = met?;
+    let (surface, ray, hit) = met?;
     let depth = -HOVER * hand.unit;
     let place = match hand.kind {
-        ToolKind::Knife => knife_pose(hand, ray, hit.distance, eye.right, through(grid, ray, eye)),
+        ToolKind::Knife => knife_pose(hand, ray, hit.distance, eye.right, through(surface, ray, eye)),
         _ => hand.pose(&hit, eye.right, depth),
     };
     held.place.set_if_neq(place);
     pointer.is_down.then(|| {
-        let knife = Knife { last: through(grid, ray, eye), heading: None, ahead: VecDeque::new() };
-        let (began, before) = (Instant::now(), grid.clone());
+        let knife = Knife { last: through(surface, ray, eye), heading: None, ahead: VecDeque::new() };
+        let (began, before) = (Instant::now(), surface.clone());
         Stroke { began, before, places: vec![(ray, hit)], hit, depth, knife, is_let_go: false }
     })
 }
@@ -193,7 +194,7 @@ impl Stroke {
     /// Takes in where the pointer is now.
     fn follow(&mut self, ray: Ray3d, delta: f32, hand: &Hand, eye: Eye, held: &mut Held) {
         self.depth = (self.depth + PRESS_SPEED * hand.unit * delta).min(hand.depth_max());
-        if let Some(hit) = self.before.cast(ray) {
+        if let Some(hit) = pick::cast(&self.before, ray) {
             self.hit = hit;
             if self.places.len() < PLACES_MAX {
                 self.places.push((ray, hit));
@@ -259,14 +260,14 @@ fn knife_pose(hand: &Hand, ray: Ray3d, distance: f32, heading: Vec3, middle: Vec
 }
 
 /// Where `ray` meets the plane through the middle of the clay that faces the eye.
-fn through(grid: &PickGrid, ray: Ray3d, eye: Eye) -> Vec3 {
-    let (middle, radius) = grid.ball();
+fn through(surface: &ClaySurface, ray: Ray3d, eye: Eye) -> Vec3 {
+    let (middle, radius) = pick::ball(surface).unwrap_or_default();
     on_plane(ray, middle, eye.forward).unwrap_or_else(|| ray.get_point(radius))
 }
 
 /// A place beside the clay, where a cut may begin.
-fn beside(grid: &PickGrid, ray: Ray3d, eye: Eye) -> Option<Hit> {
-    let (middle, radius) = grid.ball();
+fn beside(surface: &ClaySurface, ray: Ray3d, eye: Eye) -> Option<Hit> {
+    let (middle, radius) = pick::ball(surface)?;
     let point = on_plane(ray, middle, eye.forward)?;
     let distance = ray.origin.distance(point) - radius;
     (point.distance(middle) < 3.0 * radius).then_some(Hit { point, normal: -eye.forward, distance })

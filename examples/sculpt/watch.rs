@@ -1,11 +1,13 @@
 //! What the run was like: frames, surfaces, answers, what strokes left behind; the check at the end.
 
 use crate::args::Args;
-use crate::pick::{Picking, cast_all};
+use crate::pick;
 use crate::stroke::{Done, StrokeNews, Work};
 use crate::tools::ToolKind;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
 use bevy_clay::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -26,6 +28,7 @@ pub(crate) struct Watch {
     /// Press to surface [ms].
     pub(crate) answers: Vec<f64>,
     settling: Option<(Arc<Done>, Instant)>,
+    counting: Option<Counting>,
     /// Greatest force on the tool since the stroke began [N].
     force: f64,
     pub(crate) strokes: Vec<Outcome>,
@@ -44,6 +47,7 @@ impl Default for Watch {
             asked: None,
             answers: vec![],
             settling: None,
+            counting: None,
             force: 0.0,
             strokes: vec![],
             held_ms: 0.0,
@@ -60,6 +64,15 @@ pub(crate) struct Outcome {
     pub(crate) dent: f32,
     /// Bodies that the surface encloses.
     pub(crate) bodies: usize,
+}
+
+/// A stroke whose bodies are being counted.
+struct Counting {
+    done: Arc<Done>,
+    /// As in [`Outcome`] [mm].
+    dent: f32,
+    /// Bodies before the stroke and after it.
+    bodies: Task<[usize; 2]>,
 }
 
 /// Counts, and times the answer to each press.
@@ -89,39 +102,53 @@ pub(crate) fn count(
     for surface in &surface {
         watch.surfaces += 1;
         let Some((began, ray, before)) = watch.asked else { continue };
-        if cast_all(surface.mesh(), ray).is_some_and(|hit| hit.distance > before + ANSWER) {
+        if pick::cast(surface, ray).is_some_and(|hit| hit.distance > before + ANSWER) {
             watch.answers.push(began.elapsed().as_secs_f64() * 1e3);
             watch.asked = None;
         }
     }
 }
 
-/// Measures what a stroke left behind when the clay has settled, or the next stroke begins.
+/// Measures what a stroke left behind when the clay has settled, or the next stroke begins; bodies are counted away from the main thread.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-pub(crate) fn measure(picking: Res<Picking>, work: Res<Work>, mut watch: ResMut<Watch>) {
+pub(crate) fn measure(surface: Query<&ClaySurface>, work: Res<Work>, mut watch: ResMut<Watch>) {
+    let watch = &mut *watch;
+    if let Some([before, now]) = watch.counting.as_mut().and_then(|counting| check_ready(&mut counting.bodies))
+        && let Some(Counting { done, dent, .. }) = watch.counting.take()
+    {
+        watch.report(&done, before, Outcome { dent, bodies: now });
+    }
     let is_due = watch.settling.as_ref().is_some_and(|(_, at)| at.elapsed() > SETTLING || work.stroke.is_some() || watch.is_over);
-    let (true, Some(grid)) = (is_due, &picking.grid) else { return };
+    let (true, None, Ok(surface)) = (is_due, &watch.counting, surface.single()) else { return };
     let Some((done, _)) = watch.settling.take() else { return };
-    let away = done.places.iter().filter_map(|(ray, hit)| Some(grid.cast(*ray)?.distance - hit.distance));
-    let outcome = Outcome { dent: 1e3 * away.fold(0.0, f32::max), bodies: grid.bodies };
-    let at = done.places[0].1.point * 1e3;
-    let answer = match watch.answers.last() {
-        Some(ms) if done.kind != ToolKind::Knife => format!(", answered in {ms:.0} ms"),
-        _ => String::new(),
-    };
-    say(&format!(
-        "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {:.2} mm, force up to {:.2} N, {} bodies before, {} bodies now{answer}",
-        done.number,
-        done.kind.name(),
-        at.x,
-        at.y,
-        at.z,
-        outcome.dent,
-        watch.force,
-        done.before.bodies,
-        outcome.bodies
-    ));
-    watch.strokes.push(outcome);
+    let away = done.places.iter().filter_map(|(ray, hit)| Some(pick::cast(surface, *ray)?.distance - hit.distance));
+    let dent = 1e3 * away.fold(0.0, f32::max);
+    let (before, now) = (done.before.clone(), surface.clone());
+    let bodies = AsyncComputeTaskPool::get().spawn(async move { [pick::bodies(&before), pick::bodies(&now)] });
+    watch.counting = Some(Counting { done, dent, bodies });
+}
+
+impl Watch {
+    /// Says what a stroke left behind.
+    fn report(&mut self, done: &Done, bodies_before: usize, outcome: Outcome) {
+        let at = done.places[0].1.point * 1e3;
+        let answer = match self.answers.last() {
+            Some(ms) if done.kind != ToolKind::Knife => format!(", answered in {ms:.0} ms"),
+            _ => String::new(),
+        };
+        say(&format!(
+            "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {:.2} mm, force up to {:.2} N, {bodies_before} bodies before, {} bodies now{answer}",
+            done.number,
+            done.kind.name(),
+            at.x,
+            at.y,
+            at.z,
+            outcome.dent,
+            self.force,
+            outcome.bodies
+        ));
+        self.strokes.push(outcome);
+    }
 }
 
 /// Ends the run when it is over: takes the picture, checks, leaves.
@@ -134,7 +161,7 @@ pub(crate) fn end(
     mut exit: MessageWriter<AppExit>,
 ) {
     watch.is_over |= args.frames.is_some_and(|frames| watch.frames >= frames);
-    if !watch.is_over || watch.is_closing {
+    if !watch.is_over || watch.is_closing || watch.counting.is_some() {
         return;
     }
     watch.is_closing = true;

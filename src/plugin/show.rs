@@ -1,4 +1,4 @@
-//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
+//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in. The field that it was made of stays, to point at.
 
 use super::clay::{Clay, ClaySettings, MeshQuality};
 use super::draw::Drawn;
@@ -6,9 +6,12 @@ use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use crate::sim::engine::{Deferred, SurfaceSource};
-use crate::surface::field::{SurfaceSettings, Tier};
-use crate::surface::grains::{Grain, ball_triangles, extract_with_grains};
+use crate::surface::extract::extract_by;
+use crate::surface::field::{Field, SurfaceSettings, Tier};
+use crate::surface::grains::{self, Grain};
+use crate::surface::labels::Rules;
 use crate::surface::mesh::Mesh as Surface;
+use crate::surface::ray::{RayHit, cast_ray};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
@@ -17,37 +20,57 @@ use bevy::prelude::*;
 use bevy::render::renderer::RenderDevice;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
+use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Colour of clay where the app gives no material: worked pottery clay.
 const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
-/// The surface as apps may read it. Where the processor makes what is shown it is that: the data of the [`Mesh3d`], whose asset lives in the render world alone, and in which a
-/// ball for each grain stands behind the surface. Where the
-/// graphics device does ([`SurfaceMaker`](super::clay::SurfaceMaker)) it is a coarse one, to point at.
+/// The surface as apps may read it and point at it. A clone shares all of it, and stays as it is when the clay moves on.
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
-    mesh: Arc<Surface>,
+    mesh: Option<Arc<Surface>>,
     grains: Arc<[Grain]>,
+    field: Arc<Field>,
+    settings: SurfaceSettings,
+    bounds: Option<(DVec3, DVec3)>,
     state: State,
     extract_ms: f64,
 }
 
 impl ClaySurface {
-    /// The surface in the clay's own frame [m], closed, with smooth normals.
-    pub fn mesh(&self) -> &Arc<Surface> {
-        &self.mesh
+    /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone and has balls for the grains
+    /// behind it. None where the graphics device makes
+    /// what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
+    pub fn mesh(&self) -> Option<&Arc<Surface>> {
+        self.mesh.as_ref()
     }
 
-    /// The particles that the surface does not show, in the clay's own frame: drawn as balls beside it.
+    /// The particles that the mesh does not show, in the clay's own frame: drawn as balls. Those of a surface that the graphics device makes stay there.
     pub fn grains(&self) -> &[Grain] {
         &self.grains
     }
 
-    /// Triangles of surface and balls.
+    /// Triangles of mesh and balls.
     pub(super) fn triangle_count(&self) -> usize {
-        self.mesh.triangles.len() + ball_triangles(self.grains.len())
+        self.mesh().map_or(0, |m| m.triangles.len()) + grains::ball_triangles(self.grains.len())
+    }
+
+    /// The field that the surface is made of; where the graphics device makes what is shown, one with nodes every cell, to point at. With 8 particles per cell it takes about 12
+    /// bytes per particle with nodes every half cell, 2.5 with nodes every cell; each cut adds up to twice as much in its reach.
+    pub fn field(&self) -> &Arc<Field> {
+        &self.field
+    }
+
+    /// Where a ray in the clay's own frame first meets the surface from outside, in microseconds: see [`cast_ray`].
+    pub fn cast(&self, ray: Ray3d) -> Option<RayHit> {
+        cast_ray(&self.field, &self.settings, ray.origin.as_dvec3(), ray.direction.as_dvec3())
+    }
+
+    /// Low and high corner of a box around the surface [m]; none where there is none.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds
     }
 
     /// Counts the states of the clay: greater is newer.
@@ -83,28 +106,39 @@ pub(super) struct Extraction {
 
 /// A surface as it comes from its task, ready to be swapped in.
 struct Extracted {
-    surface: Arc<Surface>,
-    grains: Arc<[Grain]>,
-    mesh: Mesh,
-    bounds: Aabb,
-    extract_ms: f64,
+    surface: ClaySurface,
+    /// Of clay that is drawn from here, if there is any.
+    drawn: Option<(Mesh, Aabb)>,
 }
 
 impl Extracted {
-    fn new(make: Deferred<SurfaceSource>, tier: Tier) -> Self {
+    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State) -> Self {
         let began = Instant::now();
-        let extraction = extract_with_grains(&make(), &SurfaceSettings::new(tier));
-        let drawn = extraction.drawn();
-        let (low, high) = drawn.bounds().unwrap_or_default();
-        // The copy on the graphics device is enough; apps read `ClaySurface`.
-        let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
-            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, drawn.positions)
-            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, drawn.normals.unwrap_or_default())
-            .with_inserted_indices(Indices::U32(drawn.triangles.into_flattened()));
-        let bounds = Aabb::from_min_max(low.as_vec3(), high.as_vec3());
-        let (surface, grains) = (Arc::new(extraction.mesh), extraction.grains.into());
-        Self { surface, grains, mesh, bounds, extract_ms: began.elapsed().as_secs_f64() * 1e3 }
+        let settings = SurfaceSettings::new(tier);
+        let (field, grains) = match state.is_shown {
+            true => grains::field_and_grains(&make(), &settings),
+            false => (Field::of_particles(&make(), &settings), vec![]),
+        };
+        let mesh =
+            state.is_shown.then(|| extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals));
+        let bounds = mesh.as_ref().map_or_else(|| field.bounds(settings.iso_threshold), Surface::bounds);
+        let all = mesh.map(|mesh| grains::Extraction { mesh, grains: grains.clone() });
+        let drawn = all.as_ref().map(grains::Extraction::drawn).and_then(|all| {
+            let (low, high) = all.bounds()?;
+            Some((asset(all), Aabb::from_min_max(low.as_vec3(), high.as_vec3())))
+        });
+        let (mesh, field) = (all.map(|all| Arc::new(all.mesh)), Arc::new(field));
+        let extract_ms = began.elapsed().as_secs_f64() * 1e3;
+        Self { surface: ClaySurface { mesh, grains: grains.into(), field, settings, bounds, state, extract_ms }, drawn }
     }
+}
+
+/// The asset of a surface. The copy on the graphics device is enough; apps read [`ClaySurface`].
+fn asset(drawn: Surface) -> Mesh {
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, drawn.positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, drawn.normals.unwrap_or_default())
+        .with_inserted_indices(Indices::U32(drawn.triangles.into_flattened()))
 }
 
 /// Shows clay in apps that have meshes.
@@ -144,27 +178,25 @@ pub(super) fn swap(
             continue;
         }
         let mut entity = commands.entity(entity);
-        let shown = ClaySurface { mesh: new.surface, grains: new.grains, state, extract_ms: new.extract_ms };
-        let is_empty = shown.triangle_count() == 0;
-        entity.insert(shown);
+        entity.insert(new.surface);
         if is_drawn {
-            // The device makes what is shown; this one is for apps to read.
+            // The device makes what is shown; this is to point at.
             continue;
         }
-        if is_empty {
+        let Some((asset, bounds)) = new.drawn else {
             entity.remove::<(Mesh3d, Aabb)>();
             continue;
-        }
+        };
         let handle = match mesh {
             // Its own, not one that the app put there.
             Some(Mesh3d(own)) if surface.is_some_and(|s| s.state.is_shown) => {
                 // Fails only for an asset that is gone, which a strong handle rules out.
-                let _ = meshes.insert(own.id(), new.mesh);
+                let _ = meshes.insert(own.id(), asset);
                 own.clone()
             }
-            _ => meshes.add(new.mesh),
+            _ => meshes.add(asset),
         };
-        entity.insert((Mesh3d(handle), new.bounds, NoAutoAabb));
+        entity.insert((Mesh3d(handle), bounds, NoAutoAabb));
         if let Some(materials) = &mut materials
             && !has_material
         {
@@ -211,7 +243,7 @@ pub(super) fn request(
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {
-            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier) });
+            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state) });
             extraction.under_way = Some((state, task));
         }
     }

@@ -1,23 +1,16 @@
-//! The cells of one block with their surroundings: who owns the nodes, which sheets end where, what is on the edges.
+//! Some cells with their surroundings, a block's or one alone: who owns the nodes, which sheets end where, what is on the edges.
 
-use super::field::Field;
+use super::field::{Field, SheetField};
 use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
 use super::labels::{Bodies, CutMethod, Label, Rules};
 use glam::{DVec3, IVec3};
 
-/// Nodes along an edge of a tile: the block's cells need 9 nodes; what ends at an edge, and slopes, need one more on every side.
-const NODES: i32 = BLOCK + 3;
-const NODE_COUNT: usize = (NODES * NODES * NODES) as usize;
-/// First node of a tile, relative to the block.
+/// First node of a tile, relative to its first cell.
 const FIRST: i32 = -1;
 /// Crossings stay this far from the nodes, in parts of the edge: no triangle degenerates where a node's value is the threshold.
 pub(crate) const CROSSING_MIN: f64 = 1e-3;
-/// Steps between tile nodes along x, y, z.
-pub(crate) const STEPS: [usize; 3] = [1, NODES as usize, (NODES * NODES) as usize];
 /// Vertices that an edge can carry: shared, keeping its low end, keeping its high end.
 pub(crate) const VARIANTS: usize = 3;
-/// Vertex places of a tile.
-pub(crate) const PLACES: usize = NODE_COUNT * 3 * VARIANTS;
 
 /// A sheet with clay on both sides near the block.
 struct SheetTile {
@@ -28,8 +21,14 @@ struct SheetTile {
     back: Vec<f32>,
 }
 
-/// Node values around a block and what follows from them.
-pub(crate) struct CellTile {
+/// The tile of a block of 8^3 cells.
+pub(crate) type BlockTile = CellTile<{ BLOCK as usize + 3 }>;
+/// The tile of one cell.
+pub(crate) type OneCellTile = CellTile<4>;
+
+/// Node values around cells and what follows from them, `NODES` along each edge: a block's cells need 9 nodes; what ends at an edge, and slopes, need one more
+/// on every side.
+pub(crate) struct CellTile<const NODES: usize> {
     rules: Rules,
     iso: f32,
     total: Vec<f32>,
@@ -38,60 +37,71 @@ pub(crate) struct CellTile {
     labels: Vec<Label>,
     /// Bodies of the cell with this low node.
     bodies: Vec<Bodies>,
-    /// Tiles of the sheets near this block, by number, then unused ones.
+    /// Tiles of the sheets near these cells, by number, then unused ones.
     sheets: Vec<SheetTile>,
     sheet_count: usize,
 }
 
-impl CellTile {
+/// The sheets with clay on both sides near a block.
+pub(crate) fn sheets_near(field: &Field, block: IVec3) -> impl Iterator<Item = &SheetField> {
+    field.sheets.iter().filter(move |s| is_near(&field.grid, &s.front, block) && is_near(&field.grid, &s.back, block))
+}
+
+impl<const NODES: usize> CellTile<NODES> {
+    /// Steps between tile nodes along x, y, z.
+    pub(crate) const STEPS: [usize; 3] = [1, NODES, NODES * NODES];
+    const NODE_COUNT: usize = NODES * NODES * NODES;
+    /// Vertex places of a tile.
+    pub(crate) const PLACES: usize = Self::NODE_COUNT * 3 * VARIANTS;
+
     pub(crate) fn new(rules: Rules, iso: f32) -> Self {
         Self {
             rules,
             iso,
-            total: vec![0.0; NODE_COUNT],
-            own: vec![0.0; NODE_COUNT],
-            labels: vec![Label::default(); NODE_COUNT],
-            bodies: vec![Bodies::WHOLE; NODE_COUNT],
+            total: vec![0.0; Self::NODE_COUNT],
+            own: vec![0.0; Self::NODE_COUNT],
+            labels: vec![Label::default(); Self::NODE_COUNT],
+            bodies: vec![Bodies::WHOLE; Self::NODE_COUNT],
             sheets: Vec::new(),
             sheet_count: 0,
         }
     }
 
-    /// Fills the tile for one block; `false` if no surface can pass through its cells.
-    pub(crate) fn load(&mut self, field: &Field, block: IVec3) -> bool {
-        field.grid.load(&field.total, block, FIRST, NODES, &mut self.total);
+    /// Fills the tile for the cells from `low` of a block, and those of the sheets that are near it; `false` if no surface can pass through its cells.
+    pub(crate) fn load<'a>(
+        &mut self,
+        field: &Field,
+        (block, low): (IVec3, IVec3),
+        sheets: impl IntoIterator<Item = &'a SheetField>,
+    ) -> bool {
+        let read = |values: &NodeValues, tile: &mut [f32]| field.grid.load(values, block, low + FIRST, NODES as i32, tile);
+        read(&field.total, &mut self.total);
         if self.total.iter().all(|&f| f <= self.iso) {
             return false;
         }
         self.sheet_count = 0;
-        for sheet in &field.sheets {
-            if is_near(&field.grid, &sheet.front, block) && is_near(&field.grid, &sheet.back, block) {
-                self.load_sheet(field, block, sheet.sheet, [&sheet.front, &sheet.back]);
+        for near in sheets {
+            if self.sheet_count == self.sheets.len() {
+                let values = || vec![0.0; Self::NODE_COUNT];
+                self.sheets.push(SheetTile { sheet: near.sheet, front: values(), back: values() });
             }
+            let tile = &mut self.sheets[self.sheet_count];
+            tile.sheet = near.sheet;
+            read(&near.front, &mut tile.front);
+            read(&near.back, &mut tile.back);
+            self.sheet_count += 1;
         }
         if self.is_plain() {
             return self.total.iter().any(|&f| f <= self.iso);
         }
-        for node in 0..NODE_COUNT {
+        for node in 0..Self::NODE_COUNT {
             self.label_node(node);
         }
         self.find_bodies();
         true
     }
 
-    fn load_sheet(&mut self, field: &Field, block: IVec3, sheet: u8, [front, back]: [&NodeValues; 2]) {
-        let values = || vec![0.0; NODE_COUNT];
-        if self.sheet_count == self.sheets.len() {
-            self.sheets.push(SheetTile { sheet, front: values(), back: values() });
-        }
-        let tile = &mut self.sheets[self.sheet_count];
-        tile.sheet = sheet;
-        field.grid.load(front, block, FIRST, NODES, &mut tile.front);
-        field.grid.load(back, block, FIRST, NODES, &mut tile.back);
-        self.sheet_count += 1;
-    }
-
-    /// Whether there is no cut near the block: cells have one body then, and edges one vertex.
+    /// Whether there is no cut near: cells have one body then, and edges one vertex.
     pub(crate) fn is_plain(&self) -> bool {
         self.sheet_count == 0
     }
@@ -154,7 +164,7 @@ impl CellTile {
         for z in 0..cells {
             for y in 0..cells {
                 for x in 0..cells {
-                    let low = node_index(IVec3::new(x, y, z));
+                    let low = Self::node_index([x, y, z]);
                     let corners = self.corner_labels(low);
                     let mask = if self.rules.empty_nodes_join { 0xff } else { inside_of(&corners) };
                     // Most cells of a block with a cut are not at the cut.
@@ -166,18 +176,18 @@ impl CellTile {
     }
 
     fn corner_labels(&self, low: usize) -> [Label; 8] {
-        std::array::from_fn(|i| self.labels[corner(low, i as u8)])
+        std::array::from_fn(|i| self.labels[Self::corner(low, i as u8)])
     }
 
-    /// The low nodes of the block's cells, x fastest.
+    /// The low nodes of the cells, x fastest.
     pub(crate) fn cells() -> impl Iterator<Item = usize> {
-        let range = || -FIRST..BLOCK - FIRST;
-        range().flat_map(move |z| range().flat_map(move |y| range().map(move |x| node_index(IVec3::new(x, y, z)))))
+        let range = || 1..NODES - 2;
+        range().flat_map(move |z| range().flat_map(move |y| range().map(move |x| Self::node_index([x, y, z]))))
     }
 
     /// The inside bits of a cell without cuts.
     pub(crate) fn case(&self, cell: usize) -> u8 {
-        (0..8).fold(0, |bits, i| bits | u8::from(self.total[corner(cell, i)] > self.iso) << i)
+        (0..8).fold(0, |bits, i| bits | u8::from(self.total[Self::corner(cell, i)] > self.iso) << i)
     }
 
     /// The inside bits of each body of a cell.
@@ -190,7 +200,7 @@ impl CellTile {
 
     /// Whether two corners of a cell are inside and of different bodies of it.
     pub(crate) fn are_parted(&self, cell: usize, a: u8, b: u8) -> bool {
-        self.is_inside(corner(cell, a)) && self.is_inside(corner(cell, b)) && self.bodies[cell].part(a, b)
+        self.is_inside(Self::corner(cell, a)) && self.is_inside(Self::corner(cell, b)) && self.bodies[cell].part(a, b)
     }
 
     /// Whether a cell has one body.
@@ -209,7 +219,7 @@ impl CellTile {
         (0..4u8).all(|i| {
             // The edge's low node is this corner of the cell.
             let place = (i & 1) << u | (i >> 1) << v;
-            let cell = low - usize::from(i & 1) * STEPS[u] - usize::from(i >> 1) * STEPS[v];
+            let cell = low - usize::from(i & 1) * Self::STEPS[u] - usize::from(i >> 1) * Self::STEPS[v];
             self.are_parted(cell, place, place | 1 << axis)
         })
     }
@@ -230,7 +240,7 @@ impl CellTile {
     ///   the clay opens by more than the edge.
     /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the nearest to the kept end.
     pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
-        let high = low + STEPS[axis];
+        let high = low + Self::STEPS[axis];
         let t = if self.is_plain() {
             self.crossing_of(self.total[low], self.total[high])
         } else {
@@ -288,7 +298,7 @@ impl CellTile {
     /// The slope at a node is the central difference, with (1 2 1)/4 across: wider than the field itself needs, for the sake of
     /// shading, which shows the particles' disorder long before the surface's place does.
     pub(crate) fn normal(&self, low: usize, axis: usize, variant: usize, t: f64) -> glam::Vec3 {
-        let high = low + STEPS[axis];
+        let high = low + Self::STEPS[axis];
         let label = if self.is_plain() {
             Label::default()
         } else if variant == 1 || (variant == 0 && self.is_inside(low)) {
@@ -302,51 +312,61 @@ impl CellTile {
 
     fn slope(&self, node: usize, label: Label) -> glam::Vec3 {
         if self.is_plain() {
-            return slope(node, |n| self.total[n]);
+            return Self::slope_of(node, |n| self.total[n]);
         }
         if self.rules.method == CutMethod::Equation9 {
-            return slope(node, |n| self.own[n]);
+            return Self::slope_of(node, |n| self.own[n]);
         }
         let mut owners = label.owners().filter_map(|(sheet, side)| Some((self.sheet(sheet)?, side)));
-        let Some((first, side)) = owners.next() else { return slope(node, |n| self.total[n]) };
+        let Some((first, side)) = owners.next() else { return Self::slope_of(node, |n| self.total[n]) };
         let rest: Vec<_> = owners.collect();
         let value =
             |n: usize| rest.iter().fold(self.value_on(first, n, side), |least, (s, side)| least.min(self.value_on(s, n, *side)));
-        slope(node, value)
+        Self::slope_of(node, value)
     }
 
-    /// Position of a tile node relative to the block [nodes].
+    /// Position of a tile node relative to the first cell [nodes].
     pub(crate) fn node_offset(node: usize) -> IVec3 {
-        let (n, i) = (NODES, node as i32);
-        IVec3::new(i % n, i / n % n, i / (n * n)) + FIRST
+        IVec3::new((node % NODES) as i32, (node / NODES % NODES) as i32, (node / (NODES * NODES)) as i32) + FIRST
     }
 
-    /// World position of a point of an edge [m].
-    pub(crate) fn position(field: &Field, node: IVec3, axis: usize, t: f64) -> [f32; 3] {
-        let mut at = node.as_dvec3();
-        at[axis] += t;
-        let world: DVec3 = field.origin + field.spacing * at;
-        world.as_vec3().to_array()
+    fn node_index([x, y, z]: [usize; 3]) -> usize {
+        x + NODES * (y + NODES * z)
+    }
+
+    /// Tile node of corner `i` of a cell.
+    pub(crate) fn corner(cell: usize, i: u8) -> usize {
+        let i = usize::from(i);
+        cell + (i & 1) * Self::STEPS[0] + (i >> 1 & 1) * Self::STEPS[1] + (i >> 2 & 1) * Self::STEPS[2]
+    }
+
+    /// Slope of node values per node spacing: central differences, smoothed across.
+    fn slope_of(node: usize, value: impl Fn(usize) -> f32) -> glam::Vec3 {
+        const ACROSS: [f32; 3] = [0.25, 0.5, 0.25];
+        let [_, along_y, along_z] = Self::STEPS;
+        let first = node - 1 - along_y - along_z;
+        let mut sum = [0.0f32; 3];
+        for (z, wz) in ACROSS.iter().enumerate() {
+            for (y, wy) in ACROSS.iter().enumerate() {
+                for (x, wx) in ACROSS.iter().enumerate() {
+                    let v = value(first + x + y * along_y + z * along_z);
+                    let ahead = |i: usize| i as f32 - 1.0;
+                    sum[0] += ahead(x) * wy * wz * v;
+                    sum[1] += ahead(y) * wx * wz * v;
+                    sum[2] += ahead(z) * wx * wy * v;
+                }
+            }
+        }
+        glam::Vec3::from_array(sum) * 0.5
     }
 }
 
-/// Slope of node values per node spacing: central differences, smoothed across.
-fn slope(node: usize, value: impl Fn(usize) -> f32) -> glam::Vec3 {
-    const ACROSS: [f32; 3] = [0.25, 0.5, 0.25];
-    let first = node - STEPS[0] - STEPS[1] - STEPS[2];
-    let mut sum = [0.0f32; 3];
-    for (z, wz) in ACROSS.iter().enumerate() {
-        for (y, wy) in ACROSS.iter().enumerate() {
-            for (x, wx) in ACROSS.iter().enumerate() {
-                let v = value(first + x * STEPS[0] + y * STEPS[1] + z * STEPS[2]);
-                let ahead = |i: usize| i as f32 - 1.0;
-                sum[0] += ahead(x) * wy * wz * v;
-                sum[1] += ahead(y) * wx * wz * v;
-                sum[2] += ahead(z) * wx * wy * v;
-            }
-        }
-    }
-    glam::Vec3::from_array(sum) * 0.5
+/// World position of a point of an edge [m].
+pub(crate) fn position(field: &Field, node: IVec3, axis: usize, t: f64) -> [f32; 3] {
+    let mut at = node.as_dvec3();
+    at[axis] += t;
+    let world: DVec3 = field.origin + field.spacing * at;
+    world.as_vec3().to_array()
 }
 
 fn is_near(grid: &BlockGrid, values: &NodeValues, block: IVec3) -> bool {
@@ -355,14 +375,4 @@ fn is_near(grid: &BlockGrid, values: &NodeValues, block: IVec3) -> bool {
 
 fn inside_of(corners: &[Label; 8]) -> u8 {
     corners.iter().enumerate().fold(0, |bits, (i, l)| bits | u8::from(l.is_inside()) << i)
-}
-
-fn node_index(node: IVec3) -> usize {
-    (node.x + NODES * (node.y + NODES * node.z)) as usize
-}
-
-/// Tile node of corner `i` of a cell.
-pub(crate) fn corner(cell: usize, i: u8) -> usize {
-    let i = usize::from(i);
-    cell + (i & 1) * STEPS[0] + (i >> 1 & 1) * STEPS[1] + (i >> 2 & 1) * STEPS[2]
 }

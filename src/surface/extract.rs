@@ -5,7 +5,7 @@
 //! parallel; vertices on their common faces are then merged by the number of their edge, so the mesh is the same for any number of threads.
 
 use super::caps::FaceView;
-use super::cells::{CellTile, PLACES, STEPS, VARIANTS, corner};
+use super::cells::{BlockTile, CellTile, VARIANTS, position, sheets_near};
 use super::field::{Field, SurfaceSettings};
 use super::grid::BLOCK;
 use super::labels::{CutMethod, Rules};
@@ -33,12 +33,12 @@ pub fn extract_field(field: &Field, iso: f32) -> Mesh {
 #[doc(hidden)]
 pub fn extract_by(field: &Field, iso: f32, rules: &Rules, normals: bool) -> Mesh {
     let blocks = field.grid.blocks();
-    let new = || (CellTile::new(*rules, iso), vec![u16::MAX; PLACES]);
+    let new = || (BlockTile::new(*rules, iso), vec![u16::MAX; BlockTile::PLACES]);
     let parts: Vec<BlockMesh> = blocks
         .par_iter()
         .map_init(new, |(tile, places), &block| {
             let mut mesh = BlockMesh::default();
-            if tile.load(field, block) {
+            if tile.load(field, (block, IVec3::ZERO), sheets_near(field, block)) {
                 Block { field, block, tile, places, normals, mesh: &mut mesh }.run();
             }
             mesh
@@ -66,7 +66,7 @@ struct BlockMesh {
 struct Block<'a> {
     field: &'a Field,
     block: IVec3,
-    tile: &'a CellTile,
+    tile: &'a BlockTile,
     /// Vertex of each edge and variant of the tile, or `u16::MAX`. A block has 3 * 9^3 edges with 3 vertices each at most: far below 2^16.
     places: &'a mut [u16],
     normals: bool,
@@ -75,67 +75,23 @@ struct Block<'a> {
 
 impl Block<'_> {
     fn run(mut self) {
-        if self.tile.is_plain() {
-            CellTile::cells().for_each(|cell| self.body(cell, self.tile.case(cell)));
-        } else {
-            for cell in CellTile::cells() {
-                self.tile.bodies(cell).for_each(|case| self.body(cell, case));
-                (0..3).for_each(|axis| self.caps(cell, axis));
-            }
+        for cell in BlockTile::cells() {
+            triangles(self.tile, cell, |corners| {
+                let vertices = corners.map(|v| self.vertex(v));
+                self.mesh.triangles.push(vertices);
+            });
         }
         self.mesh.used.drain(..).for_each(|place| self.places[place] = u16::MAX);
     }
 
-    /// The triangles of one body of a cell.
-    fn body(&mut self, cell: usize, case: u8) {
-        for triangle in table()[usize::from(case)].triangles() {
-            let vertices = triangle.map(|edge| {
-                let low = EDGES[usize::from(edge)].0;
-                self.vertex(corner(cell, low), edge_axis(edge), case >> low & 1 == 1)
-            });
-            self.mesh.triangles.push(vertices);
-        }
-    }
-
-    /// The caps between a cell and the next one along an axis.
-    fn caps(&mut self, cell: usize, axis: usize) {
-        let across = cell + STEPS[axis];
-        if self.tile.is_whole(cell) && self.tile.is_whole(across) {
-            return;
-        }
-        let corners = face_corners(axis, 1);
-        let node = corners.map(|c| corner(cell, c));
-        // Low node and axis of the edge from corner i to the next.
-        let edge = |i: usize| {
-            let edge = edge_between(corners[i], corners[(i + 1) % 4]);
-            (corner(cell, EDGES[usize::from(edge)].0), edge_axis(edge))
-        };
-        // The same corners as the next cell has them.
-        let behind = corners.map(|c| c & !(1 << axis));
-        let parted = |c: usize, at: [u8; 4]| std::array::from_fn(|i| self.tile.are_parted(c, at[i], at[(i + 1) % 4]));
-        let view = FaceView {
-            inside: node.map(|n| self.tile.is_inside(n)),
-            split: std::array::from_fn(|i| self.tile.is_split(edge(i).0, edge(i).1)),
-            parted: [parted(cell, corners), parted(across, behind)],
-        };
-        for triangle in view.caps() {
-            let vertices = triangle.map(|(i, keeps)| {
-                let (low, axis) = edge(usize::from(i));
-                self.vertex(low, axis, node[usize::from(keeps)] == low)
-            });
-            self.mesh.triangles.push(vertices);
-        }
-    }
-
-    /// The vertex on an edge that a body uses which keeps one end of it.
-    fn vertex(&mut self, low: usize, axis: usize, keeps_low: bool) -> u16 {
+    fn vertex(&mut self, EdgeEnd { low, axis, keeps_low }: EdgeEnd) -> u16 {
         let variant = self.tile.variant(low, axis, keeps_low);
         let place = (low * 3 + axis) * VARIANTS + variant;
         if self.places[place] == u16::MAX {
             let index = self.mesh.positions.len() as u16;
             self.places[place] = index;
             self.mesh.used.push(place);
-            let offset = CellTile::node_offset(low);
+            let offset = BlockTile::node_offset(low);
             let node = self.block * BLOCK + offset;
             let is_on_face = |d: usize| d != axis && (offset[d] == 0 || offset[d] == BLOCK);
             if (0..3).any(is_on_face) {
@@ -143,13 +99,73 @@ impl Block<'_> {
                 self.mesh.shared.push((number, index));
             }
             let t = self.tile.crossing(low, axis);
-            self.mesh.positions.push(CellTile::position(self.field, node, axis, t));
+            self.mesh.positions.push(position(self.field, node, axis, t));
             if self.normals {
                 let normal = self.tile.normal(low, axis, variant, t);
                 self.mesh.normals.push(normal.try_normalize().unwrap_or(glam::Vec3::Y).to_array());
             }
         }
         self.places[place]
+    }
+}
+
+/// The vertex on an edge that a body uses which keeps one end of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeEnd {
+    /// The edge's low node in the tile.
+    pub(super) low: usize,
+    /// Along which axis the edge runs.
+    pub(super) axis: usize,
+    /// Whether the body keeps the low end.
+    pub(super) keeps_low: bool,
+}
+
+/// The triangles of a cell: those of each of its bodies, and the caps between it and the next cells.
+pub(super) fn triangles<const NODES: usize>(tile: &CellTile<NODES>, cell: usize, mut emit: impl FnMut([EdgeEnd; 3])) {
+    if tile.is_plain() {
+        body::<NODES>(cell, tile.case(cell), &mut emit);
+    } else {
+        tile.bodies(cell).for_each(|case| body::<NODES>(cell, case, &mut emit));
+        (0..3).for_each(|axis| caps(tile, cell, axis, &mut emit));
+    }
+}
+
+/// The triangles of one body of a cell.
+fn body<const NODES: usize>(cell: usize, case: u8, emit: &mut impl FnMut([EdgeEnd; 3])) {
+    for triangle in table()[usize::from(case)].triangles() {
+        emit(triangle.map(|edge| {
+            let end = EDGES[usize::from(edge)].0;
+            EdgeEnd { low: CellTile::<NODES>::corner(cell, end), axis: edge_axis(edge), keeps_low: case >> end & 1 == 1 }
+        }));
+    }
+}
+
+/// The caps between a cell and the next one along an axis.
+fn caps<const NODES: usize>(tile: &CellTile<NODES>, cell: usize, axis: usize, emit: &mut impl FnMut([EdgeEnd; 3])) {
+    let across = cell + CellTile::<NODES>::STEPS[axis];
+    if tile.is_whole(cell) && tile.is_whole(across) {
+        return;
+    }
+    let corners = face_corners(axis, 1);
+    let node = corners.map(|c| CellTile::<NODES>::corner(cell, c));
+    // Low node and axis of the edge from corner i to the next.
+    let edge = |i: usize| {
+        let edge = edge_between(corners[i], corners[(i + 1) % 4]);
+        (CellTile::<NODES>::corner(cell, EDGES[usize::from(edge)].0), edge_axis(edge))
+    };
+    // The same corners as the next cell has them.
+    let behind = corners.map(|c| c & !(1 << axis));
+    let parted = |c: usize, at: [u8; 4]| std::array::from_fn(|i| tile.are_parted(c, at[i], at[(i + 1) % 4]));
+    let view = FaceView {
+        inside: node.map(|n| tile.is_inside(n)),
+        split: std::array::from_fn(|i| tile.is_split(edge(i).0, edge(i).1)),
+        parted: [parted(cell, corners), parted(across, behind)],
+    };
+    for triangle in view.caps() {
+        emit(triangle.map(|(i, keeps)| {
+            let (low, axis) = edge(usize::from(i));
+            EdgeEnd { low, axis, keeps_low: node[usize::from(keeps)] == low }
+        }));
     }
 }
 

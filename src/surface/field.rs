@@ -106,6 +106,9 @@ pub(crate) const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 pub(crate) const DENSITY_MIN: f32 = 0.02;
 
+/// Farther from node 0 than any node [node spacings].
+const FAR: f64 = 1e9;
+
 /// Change of a value, in those of the inside, that is not seen: the surface of clay at rest stays as it is, bit by bit.
 pub(crate) const HYSTERESIS: f32 = 0.01;
 
@@ -195,7 +198,7 @@ impl Field {
             let (p, rho) = (&particles[i as usize], densities[i as usize]);
             let is_near = rho > 0.0 && rho < BULK_DENSITY;
             let share = |f: f32| (i, 1.0 - f / (GRAIN_FIELD * settings.iso_threshold));
-            is_near.then(|| share(field.total_at(Vec3::from_array(p.position) * scale))).filter(|g| g.1 > 0.0)
+            is_near.then(|| share(field.total_at((Vec3::from_array(p.position) * scale).as_dvec3()))).filter(|g| g.1 > 0.0)
         };
         let grains = (0..particles.len() as u32).into_par_iter().filter_map(outside).collect();
         (field, grains)
@@ -218,7 +221,7 @@ impl Field {
     #[doc(hidden)]
     pub fn greatest_difference(&self, other: &Self) -> f32 {
         let blocks = self.grid.blocks().iter().chain(other.grid.blocks());
-        let nodes = || (0..BLOCK_NODES as i32).map(|i| IVec3::new(i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK)));
+        let nodes = || (0..BLOCK_NODES).map(node_in_block);
         let none = NodeValues::default();
         let of = |field: &Self, sheet: u8| field.sheets.iter().position(|s| s.sheet == sheet);
         let mut greatest = 0.0f32;
@@ -239,10 +242,11 @@ impl Field {
     }
 
     /// f between nodes, linear along each axis; `at` in node spacings.
-    fn total_at(&self, at: Vec3) -> f32 {
+    pub(crate) fn total_at(&self, at: DVec3) -> f32 {
         let low = at.floor();
-        let t = at - low;
-        let node = low.as_ivec3();
+        let t = (at - low).as_vec3();
+        // Far from all nodes the sums below must not overflow.
+        let node = low.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)).as_ivec3();
         let share = |c: i32, t: f32| if c == 1 { t } else { 1.0 - t };
         (0..8)
             .map(|i| {
@@ -269,8 +273,7 @@ impl Field {
             };
             let fill_block = |slot: usize, out: &mut [f32]| {
                 for (i, value) in out.iter_mut().enumerate() {
-                    let local = IVec3::new(i as i32 % BLOCK, i as i32 / BLOCK % BLOCK, i as i32 / (BLOCK * BLOCK));
-                    *value = node_value(grid.blocks()[slot] * BLOCK + local);
+                    *value = node_value(grid.blocks()[slot] * BLOCK + node_in_block(i));
                 }
             };
             NodeValues::new(grid.blocks().len(), |_| true, fill_block)
@@ -281,11 +284,35 @@ impl Field {
         Self { total: fill(total), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
+    /// Low and high corner [m] of the box of the nodes where f is above `threshold`, and a node more on every side: the surface is within. `None` of a field without clay.
+    pub fn bounds(&self, threshold: f32) -> Option<(DVec3, DVec3)> {
+        let of_block = |(slot, block): (usize, &IVec3)| {
+            let values = self.total.block(slot)?;
+            let inside = values.iter().enumerate().filter(|v| *v.1 > threshold);
+            let nodes = inside.map(|(i, _)| *block * BLOCK + node_in_block(i));
+            nodes.map(|n| (n, n)).reduce(joined)
+        };
+        let (low, high) = self.grid.blocks().iter().enumerate().filter_map(of_block).reduce(joined)?;
+        let world = |node: IVec3| self.origin + self.spacing * node.as_dvec3();
+        Some((world(low - 1), world(high + 1)))
+    }
+
     /// Bytes of the node values.
     pub fn memory(&self) -> usize {
         let sheets = self.sheets.iter().flat_map(|s| [&s.front, &s.back]);
         std::iter::once(&self.total).chain(sheets).map(NodeValues::memory).sum()
     }
+}
+
+/// Node `i` of a block, relative to its first.
+fn node_in_block(i: usize) -> IVec3 {
+    let i = i as i32;
+    IVec3::new(i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK))
+}
+
+/// The box of two boxes.
+fn joined(a: (IVec3, IVec3), b: (IVec3, IVec3)) -> (IVec3, IVec3) {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
 /// The particles in front of and behind each cut that has both, by sheet number.
@@ -359,7 +386,7 @@ impl Filter {
             |slot| !raw.is_empty() && has_source(slot),
             |slot, out| {
                 let mut tile = vec![0.0; size * size * size];
-                grid.load(raw, grid.blocks()[slot], self.first, size as i32, &mut tile);
+                grid.load(raw, grid.blocks()[slot], IVec3::splat(self.first), size as i32, &mut tile);
                 self.filter_tile(&tile, size, out);
             },
         )

@@ -57,8 +57,13 @@ pub fn ball_triangles(grain_count: usize) -> usize {
 /// The surface, and each particle that it does not show: clusters of fewer than 14 particles that stand free, and particles where the
 /// field is below half the threshold. Every other one is within the surface or about a particle's spacing from it, at an edge that it rounds.
 pub fn extract_with_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> Extraction {
+    let (field, grains) = field_and_grains(source, settings);
+    Extraction { mesh: extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals), grains }
+}
+
+/// The fields that the mesh of [`extract_with_grains`] is made of, and its grains.
+pub(crate) fn field_and_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> (Field, Vec<Grain>) {
     let (field, grains) = Field::without_grains(source, settings);
-    let mesh = extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals);
     let grain = |(particle, share): (u32, f32)| {
         let p = &source.particles[particle as usize];
         let volume = f64::from(share * p.density_weight * p.volume_ratio) * source.domain.cell_width.powi(3);
@@ -66,7 +71,7 @@ pub fn extract_with_grains(source: &SurfaceSource, settings: &SurfaceSettings) -
         let position = source.domain.to_world(Vec3::from_array(p.position).as_dvec3()).as_vec3().to_array();
         Grain { position, radius, particle }
     };
-    Extraction { mesh, grains: grains.into_iter().map(grain).collect() }
+    (field, grains.into_iter().map(grain).collect())
 }
 
 /// Particles that stand free, in clusters of fewer than [`CLUSTER_MIN`]. A cluster is what is in neighbouring cells.

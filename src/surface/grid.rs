@@ -41,6 +41,11 @@ impl BlockGrid {
         &self.blocks
     }
 
+    /// The blocks of the table: the first, and the one behind the last.
+    pub(crate) fn bounds(&self) -> (IVec3, IVec3) {
+        (self.low, self.low + self.extent)
+    }
+
     /// The slot of a block, if it is stored.
     pub(crate) fn slot(&self, block: IVec3) -> Option<usize> {
         let entry = entry_of_block(self.low, self.extent, block)?;
@@ -65,11 +70,11 @@ impl BlockGrid {
 
     /// Copies the nodes `first..first + size` around `block`'s low corner into `tile` (x fastest); nodes not stored are 0.
     /// The range must stay within the block and its neighbours.
-    pub(crate) fn load(&self, values: &NodeValues, block: IVec3, first: i32, size: i32, tile: &mut [f32]) {
+    pub(crate) fn load(&self, values: &NodeValues, block: IVec3, first: IVec3, size: i32, tile: &mut [f32]) {
         tile.fill(0.0);
-        let reach = |d: i32| (first.max(BLOCK * d), (first + size).min(BLOCK * (d + 1)));
+        let reach = |first: i32, d: i32| (first.max(BLOCK * d), (first + size).min(BLOCK * (d + 1)));
         for d in neighbours() {
-            let ((x0, x1), (y0, y1), (z0, z1)) = (reach(d.x), reach(d.y), reach(d.z));
+            let ((x0, x1), (y0, y1), (z0, z1)) = (reach(first.x, d.x), reach(first.y, d.y), reach(first.z, d.z));
             if x0 >= x1 || y0 >= y1 || z0 >= z1 {
                 continue;
             }
@@ -77,7 +82,7 @@ impl BlockGrid {
             for z in z0..z1 {
                 for y in y0..y1 {
                     let from = ((x0 & 7) + BLOCK * ((y & 7) + BLOCK * (z & 7))) as usize;
-                    let to = (x0 - first + size * (y - first + size * (z - first))) as usize;
+                    let to = (x0 - first.x + size * (y - first.y + size * (z - first.z))) as usize;
                     let count = (x1 - x0) as usize;
                     tile[to..to + count].copy_from_slice(&source[from..from + count]);
                 }

@@ -152,7 +152,7 @@ impl Bins {
             .map(|i| {
                 let block = self.occupied[i].0;
                 let mut tile = [0.0; TILE_NODES];
-                self.grid.load(values, block, 0, TILE, &mut tile);
+                self.grid.load(values, block, IVec3::ZERO, TILE, &mut tile);
                 let sum = |&p: &u32| gather_particle(&tile, self.points[p as usize], block * BLOCK);
                 self.particles(i).iter().map(sum).collect()
             })

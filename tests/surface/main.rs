@@ -8,5 +8,6 @@ mod cuts;
 mod fields;
 mod files;
 mod lips;
+mod ray;
 mod sphere;
 mod whole;

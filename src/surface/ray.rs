@@ -1,0 +1,180 @@
+//! Where a ray meets the surface, from the fields alone: no mesh is made.
+//!
+//! The ray passes over blocks that hold nothing, and goes cell by cell through the others. A cell on whose corners the own value (rule 3 of [`super::labels`]) is above the
+//! threshold and below it holds surface: there, and nowhere else, the triangles are made that the extractor makes of that cell, and the ray is cut with them. So a
+//! pointer meets what a mesh of the same fields shows, to rounding, open lips and crack fronts too. The root of a trilinear interpolant would stand beside the lips of a
+//! cut: a corner on the other side of it has that side's value.
+//!
+//! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so narrow that f stays above the threshold, it passes as if the clay were
+//! whole.
+
+use super::cells::{OneCellTile, sheets_near};
+use super::extract::{EdgeEnd, triangles};
+use super::field::{Field, SheetField, SurfaceSettings};
+use super::grid::BLOCK;
+use super::labels::Rules;
+use glam::{DVec3, IVec3, Vec3};
+
+/// Where a ray meets the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// The place [m].
+    pub point: DVec3,
+    /// The surface's smooth unit normal, outwards.
+    pub normal: Vec3,
+    /// From the ray's origin [m].
+    pub distance: f64,
+}
+
+/// How far beyond its edges a triangle is hit, in parts of its edges: no ray slips through between two of them by rounding.
+const EDGE_MARGIN: f64 = 1e-9;
+/// Least area of a triangle across the ray, twice [node spacings^2]: below it the triangle is seen edge-on.
+const AREA_MIN: f64 = 1e-12;
+
+/// The first place where the ray from `origin` [m] along `direction` (of any length) meets the surface from outside; from within the clay that is where it comes
+/// back in. None for a direction that is zero or not finite.
+pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direction: DVec3) -> Option<RayHit> {
+    let line = Line { start: (origin - field.origin) / field.spacing, way: direction.try_normalize()? };
+    if !line.start.is_finite() {
+        return None;
+    }
+    let iso = settings.iso_threshold;
+    let mut tile = OneCellTile::new(Rules::new(settings.method), iso);
+    let mut is_within = field.total_at(line.start) > iso;
+    for (block, from) in Walk::new(line, BLOCK, field.grid.bounds(), 0.0)? {
+        if field.grid.slot(block).is_none() {
+            continue;
+        }
+        let sheets: Vec<&SheetField> = sheets_near(field, block).collect();
+        for (cell, _) in Walk::new(line, 1, (block * BLOCK, (block + 1) * BLOCK), from).into_iter().flatten() {
+            let corners = (0..8).map(|i| cell + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
+            let inside = corners.filter(|&node| field.grid.value(&field.total, node) > iso).count();
+            is_within &= inside == 8;
+            // A side's value is f at most: where f is below the threshold, all values are.
+            if inside == 0 || is_within || (inside == 8 && sheets.is_empty()) {
+                continue;
+            }
+            if !tile.load(field, (block, cell - block * BLOCK), sheets.iter().copied()) {
+                continue;
+            }
+            if let Some((distance, normal)) = line.first_front(&tile, cell) {
+                let distance = distance * field.spacing;
+                return Some(RayHit { point: origin + line.way * distance, normal, distance });
+            }
+        }
+    }
+    None
+}
+
+/// A ray [node spacings]; `way` is a unit vector.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    start: DVec3,
+    way: DVec3,
+}
+
+impl Line {
+    /// The nearest triangle of a cell that is seen from its front: distance [node spacings] and normal.
+    fn first_front(&self, tile: &OneCellTile, cell: IVec3) -> Option<(f64, Vec3)> {
+        let low = OneCellTile::cells().next()?;
+        let mut nearest: Option<([EdgeEnd; 3], Crossing)> = None;
+        triangles(tile, low, |ends| {
+            let at = ends.map(|end| {
+                let mut at = (cell + OneCellTile::node_offset(end.low)).as_dvec3();
+                at[end.axis] += tile.crossing(end.low, end.axis);
+                at
+            });
+            if let Some(crossing) = self.crossing(at)
+                && nearest.as_ref().is_none_or(|(_, n)| crossing.distance < n.distance)
+            {
+                nearest = Some((ends, crossing));
+            }
+        });
+        let (ends, crossing) = nearest?;
+        let normal_at = |EdgeEnd { low, axis, keeps_low }: EdgeEnd| {
+            tile.normal(low, axis, tile.variant(low, axis, keeps_low), tile.crossing(low, axis)).normalize_or_zero()
+        };
+        let normal: Vec3 = ends.iter().zip(crossing.shares).map(|(end, share)| normal_at(*end) * share as f32).sum();
+        Some((crossing.distance, normal.normalize_or(crossing.flat.as_vec3())))
+    }
+
+    /// Moeller and Trumbore; fronts only.
+    fn crossing(&self, [a, b, c]: [DVec3; 3]) -> Option<Crossing> {
+        let (ab, ac) = (b - a, c - a);
+        let p = self.way.cross(ac);
+        let across = ab.dot(p);
+        if across < AREA_MIN {
+            return None;
+        }
+        let from = self.start - a;
+        let q = from.cross(ab);
+        let (u, v) = (from.dot(p) / across, self.way.dot(q) / across);
+        let distance = ac.dot(q) / across;
+        let is_hit = u >= -EDGE_MARGIN && v >= -EDGE_MARGIN && u + v <= 1.0 + EDGE_MARGIN && distance >= 0.0;
+        is_hit.then(|| Crossing { distance, shares: [1.0 - u - v, u, v], flat: ab.cross(ac).normalize_or_zero() })
+    }
+}
+
+/// Where a line meets a triangle.
+struct Crossing {
+    /// From the line's start [node spacings].
+    distance: f64,
+    /// How much each corner counts there.
+    shares: [f64; 3],
+    /// The triangle's own normal.
+    flat: DVec3,
+}
+
+/// The cubes that a line passes, each with the distance [node spacings] at which it comes in.
+#[derive(Debug)]
+struct Walk {
+    line: Line,
+    /// Edge of a cube [node spacings].
+    width: i32,
+    /// The first cube, and the one behind the last.
+    bounds: (IVec3, IVec3),
+    cube: IVec3,
+    /// Where the line comes into `cube`.
+    from: f64,
+}
+
+impl Walk {
+    /// The cubes within `bounds`, from the distance `from` on; none if the line misses them all.
+    fn new(line: Line, width: i32, bounds: (IVec3, IVec3), from: f64) -> Option<Self> {
+        let (low, high) = ((bounds.0 * width).as_dvec3() - line.start, (bounds.1 * width).as_dvec3() - line.start);
+        let (mut from, mut to) = (from, f64::INFINITY);
+        for axis in 0..3 {
+            let (low, high, way) = (low[axis], high[axis], line.way[axis]);
+            if way == 0.0 {
+                to = if low <= 0.0 && 0.0 <= high { to } else { f64::NEG_INFINITY };
+            } else {
+                from = from.max((low / way).min(high / way));
+                to = to.min((low / way).max(high / way));
+            }
+        }
+        let at = (line.start + line.way * from) / f64::from(width);
+        let cube = at.floor().as_ivec3().clamp(bounds.0, bounds.1 - 1);
+        (from <= to).then_some(Self { line, width, bounds, cube, from })
+    }
+}
+
+impl Iterator for Walk {
+    type Item = (IVec3, f64);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.cube.cmplt(self.bounds.0).any() || self.cube.cmpge(self.bounds.1).any() {
+            return None;
+        }
+        let here = (self.cube, self.from);
+        let Line { start, way } = self.line;
+        let exit = |axis: usize| {
+            let border = (self.cube[axis] + i32::from(way[axis] > 0.0)) * self.width;
+            if way[axis] == 0.0 { f64::INFINITY } else { (f64::from(border) - start[axis]) / way[axis] }
+        };
+        let exits = DVec3::from_array([0, 1, 2].map(exit));
+        let axis = exits.min_position();
+        self.cube[axis] += if way[axis] > 0.0 { 1 } else { -1 };
+        self.from = exits[axis];
+        Some(here)
+    }
+}
