@@ -39,6 +39,8 @@ pub(crate) struct Shot {
     pub(crate) subject: Subject,
     /// Ways from the subject to the cameras.
     pub(crate) views: &'static [Vec3],
+    /// Low and high corner of what is to be seen [m], if not the subject's.
+    pub(crate) room: Option<(Vec3, Vec3)>,
 }
 
 impl Subject {
@@ -157,7 +159,7 @@ fn step(
 
 /// The subject, the floor that it stands on, and the cameras, each with its part of one image.
 fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mut Store) {
-    let (low, high) = shot.subject.bounds();
+    let (low, high) = shot.room.unwrap_or_else(|| shot.subject.bounds());
     let (centre, radius) = ((low + high) / 2.0, ((high - low).length() / 2.0).max(1e-3));
     let mut place = commands.spawn((Passing, Visibility::default()));
     match &shot.subject {

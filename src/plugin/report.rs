@@ -90,8 +90,7 @@ pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, m
     let _watch = held.watch();
     for (mut status, (start, engine, (surface, drawn), following)) in &mut clays {
         status.main_thread_ms = longest;
-        (status.mesh_ms, status.triangle_count) =
-            surface.map_or((0.0, 0), |s| (s.extract_ms(), s.mesh().map_or(0, |m| m.triangles.len())));
+        (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.triangle_count()));
         if let Some(drawn) = drawn {
             status.triangle_count = drawn.triangle_count();
         }
