@@ -1,5 +1,4 @@
 //! A small studio: what stands in it is lit, throws shadows, and is seen by one camera or two.
-#![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::asset::RenderAssetUsages;
