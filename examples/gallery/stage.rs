@@ -109,7 +109,7 @@ struct Passing;
 fn light(mut commands: Commands) {
     let sun = DirectionalLight { shadow_maps_enabled: true, shadow_depth_bias: 5e-4, illuminance: 7_000.0, ..default() };
     let cascades = CascadeShadowConfigBuilder { num_cascades: 1, minimum_distance: 0.01, maximum_distance: 0.6, ..default() };
-    commands.spawn((sun, cascades.build(), Transform::from_xyz(-0.3, 1.2, 0.9).looking_at(Vec3::ZERO, Vec3::Y)));
+    commands.spawn((sun, cascades.build(), Transform::from_xyz(0.3, 1.2, 0.9).looking_at(Vec3::ZERO, Vec3::Y)));
 }
 
 /// Where meshes, images and materials are kept.

@@ -82,6 +82,21 @@ impl ClaySurface {
     pub fn extract_ms(&self) -> f64 {
         self.extract_ms
     }
+
+    /// Whether this surface stands for another state of the same clay, with these fields and grains: it does while nothing has moved by what could be seen.
+    fn is_still(&self, field: &Field, grains: &[Grain], state: State) -> bool {
+        let is_same_kind = State { revision: state.revision, ..self.state } == state;
+        // A hundredth of a cell, as for the fields.
+        let by = 0.01 * field.cell_width(&self.settings) as f32;
+        let is_still = |(a, b): (&Grain, &Grain)| {
+            let [p, q] = [a, b].map(|g| Vec3::from_array(g.position).extend(g.radius));
+            (p - q).abs().max_element() <= by
+        };
+        is_same_kind
+            && field.is_still(&self.field)
+            && grains.len() == self.grains.len()
+            && grains.iter().zip(&self.grains[..]).all(is_still)
+    }
 }
 
 /// What is shown, or is going to be.
@@ -107,25 +122,41 @@ pub(super) struct Extraction {
 /// A surface as it comes from its task, ready to be swapped in.
 struct Extracted {
     surface: ClaySurface,
-    /// Of clay that is drawn from here, if there is any.
-    drawn: Option<(Mesh, Aabb)>,
+    drawn: Draw,
+}
+
+/// What becomes of the mesh that is drawn from here.
+enum Draw {
+    /// It stays: clay at rest, or clay that the device draws.
+    Same,
+    /// It goes: there is no clay.
+    Nothing,
+    /// Another takes its place.
+    New(Box<Mesh>, Aabb),
 }
 
 impl Extracted {
-    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State) -> Self {
+    /// The surface of a state; the one `before` goes on where it stands for that.
+    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State, before: Option<ClaySurface>) -> Self {
         let began = Instant::now();
         let settings = SurfaceSettings::new(tier);
         let (field, grains) = match state.is_shown {
             true => grains::field_and_grains(&make(), &settings),
             false => (Field::of_particles(&make(), &settings), vec![]),
         };
+        if let Some(before) = before.filter(|b| b.is_still(&field, &grains, state)) {
+            return Self { surface: ClaySurface { state, ..before }, drawn: Draw::Same };
+        }
         let mesh =
             state.is_shown.then(|| extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals));
         let bounds = mesh.as_ref().map_or_else(|| field.bounds(settings.iso_threshold), Surface::bounds);
         let all = mesh.map(|mesh| grains::Extraction { mesh, grains: grains.clone() });
-        let drawn = all.as_ref().map(grains::Extraction::drawn).and_then(|all| {
-            let (low, high) = all.bounds()?;
-            Some((asset(all), Aabb::from_min_max(low.as_vec3(), high.as_vec3())))
+        let drawn = all.as_ref().map_or(Draw::Same, |all| {
+            let all = all.drawn();
+            match all.bounds() {
+                Some((low, high)) => Draw::New(Box::new(asset(all)), Aabb::from_min_max(low.as_vec3(), high.as_vec3())),
+                None => Draw::Nothing,
+            }
         });
         let (mesh, field) = (all.map(|all| Arc::new(all.mesh)), Arc::new(field));
         let extract_ms = began.elapsed().as_secs_f64() * 1e3;
@@ -183,9 +214,13 @@ pub(super) fn swap(
             // The device makes what is shown; this is to point at.
             continue;
         }
-        let Some((asset, bounds)) = new.drawn else {
-            entity.remove::<(Mesh3d, Aabb)>();
-            continue;
+        let (asset, bounds) = match new.drawn {
+            Draw::New(asset, bounds) => (*asset, bounds),
+            Draw::Same => continue,
+            Draw::Nothing => {
+                entity.remove::<(Mesh3d, Aabb)>();
+                continue;
+            }
         };
         let handle = match mesh {
             // Its own, not one that the app put there.
@@ -243,7 +278,8 @@ pub(super) fn request(
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {
-            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state) });
+            let before = surface.cloned();
+            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state, before) });
             extraction.under_way = Some((state, task));
         }
     }

@@ -152,6 +152,22 @@ fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
+/// A surface of another tier, or of fewer particles, goes on in the same mesh: nothing is left of what stood there.
+fn another_surface_leaves_nothing_of_the_first(device: &Device) -> Result<(), Failed> {
+    let (large, small) = (ball(5.0, 0.5, 3), ball(3.0, 0.5, 3));
+    let settings = SurfaceSettings::default();
+    let mut run = device.run(&large, &settings, SurfaceRoom::for_particles(large.particles.len()));
+    let first = run.frame(&large, false);
+    for (source, tier) in [(&large, Tier::Coarse), (&large, Tier::Fine), (&small, Tier::Fine)] {
+        run.begin_anew(source, &SurfaceSettings::new(tier));
+        let second = run.frame(source, false);
+        assert!(second.status.flags == 0 && second.status.index_count > 0);
+        let left = second.words.1[second.status.index_count as usize..].iter().filter(|i| **i != 0).count();
+        assert_eq!(left, 0, "indices of another mesh, of {} at first", first.status.index_count);
+    }
+    Ok(())
+}
+
 /// Too little room of any kind is a flag, leaves the mesh as it was, and says how much is needed.
 fn want_of_room_is_told(device: &Device) -> Result<(), Failed> {
     let cube = CutCube::crossed(0, &mut Random(7)).source(DMat3::IDENTITY);
@@ -326,11 +342,12 @@ fn many_grains_are_octahedra(device: &Device) -> Result<(), Failed> {
 fn main() {
     let arguments = Arguments::from_args();
     type Test = fn(&Device) -> Result<(), Failed>;
-    let tests: [(&str, Test); 10] = [
+    let tests: [(&str, Test); 11] = [
         ("random_fields_agree", random_fields_agree),
         ("clay_agrees", clay_agrees),
         ("normals_agree", normals_agree),
         ("clay_at_rest_stays_bit_identical", clay_at_rest_stays_bit_identical),
+        ("another_surface_leaves_nothing_of_the_first", another_surface_leaves_nothing_of_the_first),
         ("want_of_room_is_told", want_of_room_is_told),
         ("odd_particles_are_left_out", odd_particles_are_left_out),
         ("engine_particles_are_taken_in_place", engine_particles_are_taken_in_place),

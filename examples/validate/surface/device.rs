@@ -206,6 +206,11 @@ impl Device {
 }
 
 impl Run<'_> {
+    /// Another surface for the same mesh.
+    pub(crate) fn begin_anew(&mut self, source: &SurfaceSource, settings: &SurfaceSettings) {
+        self.surface = self.device.surface(&source.domain, source.particles.len() as u32, settings);
+    }
+
     /// Time of one of `count` forced runs, one after the other.
     pub(crate) fn time(&mut self, source: &SurfaceSource, count: u32) -> Duration {
         let gpu = &self.device.gpu;
