@@ -84,10 +84,10 @@ impl ClaySurface {
     }
 
     /// Whether this surface stands for another state of the same clay, with these fields and grains: it does while nothing has moved by what could be seen.
-    fn is_still(&self, field: &Field, grains: &[Grain], state: State) -> bool {
+    fn is_still(&self, field: &Field, grains: &[Grain], state: State, cell_width: f64) -> bool {
         let is_same_kind = State { revision: state.revision, ..self.state } == state;
         // A hundredth of a cell, as for the fields.
-        let by = 0.01 * field.cell_width(&self.settings) as f32;
+        let by = 0.01 * cell_width as f32;
         let is_still = |(a, b): (&Grain, &Grain)| {
             let [p, q] = [a, b].map(|g| Vec3::from_array(g.position).extend(g.radius));
             (p - q).abs().max_element() <= by
@@ -140,11 +140,12 @@ impl Extracted {
     fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State, before: Option<ClaySurface>) -> Self {
         let began = Instant::now();
         let settings = SurfaceSettings::new(tier);
+        let source = make();
         let (field, grains) = match state.is_shown {
-            true => grains::field_and_grains(&make(), &settings),
-            false => (Field::of_particles(&make(), &settings), vec![]),
+            true => grains::field_and_grains(&source, &settings),
+            false => (Field::of_particles(&source, &settings), vec![]),
         };
-        if let Some(before) = before.filter(|b| b.is_still(&field, &grains, state)) {
+        if let Some(before) = before.filter(|b| b.is_still(&field, &grains, state, source.domain.cell_width)) {
             return Self { surface: ClaySurface { state, ..before }, drawn: Draw::Same };
         }
         let mesh =

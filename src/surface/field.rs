@@ -204,11 +204,6 @@ impl Field {
         (field, grains)
     }
 
-    /// Width of a cell [m] of the clay that the fields were made of with these settings.
-    pub(crate) fn cell_width(&self, settings: &SurfaceSettings) -> f64 {
-        self.spacing * f64::from(settings.lattice().scale)
-    }
-
     /// Whether the surface of `earlier` still stands for this field's: the same blocks and cuts, and no value more than a hundredth of the inside's
     /// away, which is a hundredth of a cell or so at the surface.
     pub fn is_still(&self, earlier: &Self) -> bool {
