@@ -182,7 +182,11 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
         {
             let pose = |path: &ToolPath| (path.tool.shape, path.pose_at(plan.duration()));
             let tools = plan.tools.iter().map(pose).collect();
-            moments.push(pictures::Moment { frame: frame + 1, surface: extract(&source, &SurfaceSettings::default()), tools });
+            moments.push(pictures::Moment {
+                frame: frame + 1,
+                surface: extract_with_grains(&source, &SurfaceSettings::default()).drawn(),
+                tools,
+            });
         }
         bar.set_message(format!("{} steps, J {:.2}..{:.2}", last.steps, last.volume_ratio.0, last.volume_ratio.1));
         bar.inc(1);
@@ -222,7 +226,8 @@ fn finish(
     let snapshot = engine.save().map_err(|e| e.to_string())?;
     let mut surface = serde_json::Value::Null;
     if let (Some(name), Some(source)) = (&outputs.surface, engine.surface()) {
-        let mesh = extract(&source, &SurfaceSettings::new(outputs.tier));
+        // Grains are no solid: they are left out of what is written.
+        let Extraction { mesh, grains } = extract_with_grains(&source, &SurfaceSettings::new(outputs.tier));
         let written = write_bodies(&args.out.join(name), &mesh, &outputs.export).map_err(|e| e.to_string())?;
         let (mesh, _) = print_ready(&mesh);
         let defects = MeshCheck::of(&mesh);
@@ -239,6 +244,9 @@ fn finish(
         }
         let sizes = volumes.iter().take(8).map(|v| format!("{v:.3}")).collect::<Vec<_>>().join(", ");
         println!("surface: {triangles} triangles, {} bodies of {sizes} cm^3", volumes.len());
+        if !grains.is_empty() {
+            println!("surface: without the {} particles that stand outside of it", grains.len());
+        }
         if written.dropped_bodies > 0 {
             let (count, volume) = (written.dropped_bodies, written.dropped_volume * 1e6);
             eprintln!("warning: {count} bodies of {volume:.4} cm^3 together were left out, as `volume_min` asks for");
@@ -248,7 +256,7 @@ fn finish(
         }
         let file_name = |path: &PathBuf| path.file_name().map(|f| f.to_string_lossy().into_owned());
         let files: Vec<_> = written.files.iter().filter_map(file_name).collect();
-        surface = serde_json::json!({"files": files, "triangles": triangles, "bodies_cm3": volumes, "volume_error": error,
+        surface = serde_json::json!({"files": files, "triangles": triangles, "bodies_cm3": volumes, "volume_error": error, "grains": grains.len(),
             "closed_manifold": defects.is_closed_manifold(), "pillows_dropped": written.repairs.pillows, "crumbs_dropped": written.repairs.crumbs,
             "bodies_dropped": written.dropped_bodies, "dropped_cm3": written.dropped_volume * 1e6});
     }

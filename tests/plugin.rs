@@ -422,6 +422,38 @@ fn ray_meets_the_top_of_the_dropped_cube() {
     assert_eq!(first.cast(down(4.0)), Some(top), "a clone stays as it was");
 }
 
+/// A particle far from the body is drawn, as a ball of its volume in the same mesh and within its bounds; the surface that apps read, and export, is the body alone.
+#[test]
+fn lone_particle_shows_as_a_ball() {
+    let mut app = app_with_meshes();
+    let mut snapshot = cube(4, 4.0);
+    let place = DVec3::new(4.0, 20.0, 5.0) * DX;
+    let volume = DX.powi(3) / 8.0;
+    snapshot.particles.push(Particle::at(snapshot.domain.to_grid(place), volume as f32, 512));
+    let clay = spawn(&mut app, snapshot);
+    settle(&mut app, "a mesh", |world| world.get::<Mesh3d>(clay).is_some());
+    let world = app.world();
+    let surface = world.get::<ClaySurface>(clay).expect("surface");
+    let grains = surface.grains();
+    let [grain] = grains else { panic!("{grains:?}") };
+    assert!(
+        grain.particle == 512 && (Vec3::from_array(grain.position) - place.as_vec3()).length() < 1e-4 * DX as f32,
+        "{grain:?}"
+    );
+    let mesh = world.get::<Mesh3d>(clay).and_then(|m| world.resource::<Assets<Mesh>>().get(m)).expect("asset");
+    let body = surface.mesh().expect("mesh");
+    assert_eq!(mesh.count_vertices(), body.positions.len() + 12 * grains.len());
+    assert_eq!(mesh.indices().expect("indices").len(), 3 * (body.triangles.len() + 20 * grains.len()));
+    assert_eq!(status(&app, clay).triangle_count, body.triangles.len() + 20 * grains.len());
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions");
+    let ball: Vec<DVec3> = positions[positions.len() - 12..].iter().map(|p| Vec3::from_array(*p).as_dvec3() - place).collect();
+    let radius = (0.75 * volume / std::f64::consts::PI).cbrt();
+    assert!(ball.iter().all(|p| (p.length() / radius - 1.1821).abs() < 1e-3), "{ball:?}");
+    let bounds = world.get::<Aabb>(clay).expect("bounds");
+    assert!(f64::from(bounds.max().y) > place.y + radius, "the ball is within {bounds:?}");
+    assert!(body.bounds().expect("a body").1.y < 9.0 * DX, "the body alone");
+}
+
 /// A surface that is on its way when the clay is replaced is never shown.
 #[test]
 fn surface_of_a_replaced_clay_is_dropped() {

@@ -4,9 +4,11 @@
 //! made, or the clay is not in the pieces that it was cut into.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
 
+mod clusters;
 mod scenes;
 mod stage;
 
+use bevy::math::Vec3;
 use bevy_clay::prelude::*;
 use clap::Parser;
 use stage::{Shot, Subject};
@@ -45,6 +47,9 @@ fn main() -> ExitCode {
     }
 }
 
+/// Way from the small clusters to the camera.
+const CLUSTERS_VIEW: [Vec3; 1] = [Vec3::new(0.15, 0.8, 1.0)];
+
 /// Runs the scenes that are asked for.
 fn shots(args: &Args) -> Result<Vec<Shot>, String> {
     let is_asked = |name: &str| args.only.as_ref().is_none_or(|part| name.contains(part.as_str()));
@@ -60,8 +65,17 @@ fn shots(args: &Args) -> Result<Vec<Shot>, String> {
                 println!("{name}: {} pieces", clay.pieces);
                 Subject::Clay(Box::new(clay.snapshot.clone()))
             };
-            shots.push(Shot { name, subject, views: scene.views });
+            shots.push(Shot { name, subject, views: scene.views, room: None });
         }
+    }
+    // The paper's Fig. 4: both in the same frame.
+    let [published, ours] = clusters::meshes();
+    let room = ours.1.bounds().map(|(low, high)| (low.as_vec3(), high.as_vec3()));
+    for (name, (way, mesh)) in
+        [("fig4_equation_9", published), ("fig4_grains", ours)].into_iter().filter(|(name, _)| is_asked(name))
+    {
+        println!("{name}: {} pieces by {way}", mesh.components().len());
+        shots.push(Shot { name, subject: Subject::Mesh(mesh), views: &CLUSTERS_VIEW, room });
     }
     if shots.is_empty() {
         return Err(format!("no picture has {:?} in its name", args.only.as_deref().unwrap_or_default()));

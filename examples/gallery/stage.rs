@@ -1,5 +1,4 @@
 //! A small studio: what stands in it is lit, throws shadows, and is seen by one camera or two.
-#![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::asset::RenderAssetUsages;
@@ -40,6 +39,8 @@ pub(crate) struct Shot {
     pub(crate) subject: Subject,
     /// Ways from the subject to the cameras.
     pub(crate) views: &'static [Vec3],
+    /// Low and high corner of what is to be seen [m], if not the subject's.
+    pub(crate) room: Option<(Vec3, Vec3)>,
 }
 
 impl Subject {
@@ -108,7 +109,7 @@ struct Passing;
 fn light(mut commands: Commands) {
     let sun = DirectionalLight { shadow_maps_enabled: true, shadow_depth_bias: 5e-4, illuminance: 7_000.0, ..default() };
     let cascades = CascadeShadowConfigBuilder { num_cascades: 1, minimum_distance: 0.01, maximum_distance: 0.6, ..default() };
-    commands.spawn((sun, cascades.build(), Transform::from_xyz(-0.3, 1.2, 0.9).looking_at(Vec3::ZERO, Vec3::Y)));
+    commands.spawn((sun, cascades.build(), Transform::from_xyz(0.3, 1.2, 0.9).looking_at(Vec3::ZERO, Vec3::Y)));
 }
 
 /// Where meshes, images and materials are kept.
@@ -158,7 +159,7 @@ fn step(
 
 /// The subject, the floor that it stands on, and the cameras, each with its part of one image.
 fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mut Store) {
-    let (low, high) = shot.subject.bounds();
+    let (low, high) = shot.room.unwrap_or_else(|| shot.subject.bounds());
     let (centre, radius) = ((low + high) / 2.0, ((high - low).length() / 2.0).max(1e-3));
     let mut place = commands.spawn((Passing, Visibility::default()));
     match &shot.subject {

@@ -217,7 +217,7 @@ pub struct ClayStatus {
     pub pass_ms: PassTimes,
     /// Wall time [ms] of the last surface, on another thread.
     pub mesh_ms: f64,
-    /// Triangles shown.
+    /// Triangles shown: of the surface, and of the balls that stand for particles outside of it.
     pub triangle_count: usize,
     /// Longest time [ms] that a system of the plugin held the main thread in the last second.
     pub main_thread_ms: f64,

@@ -13,7 +13,7 @@ use crate::sim::engine::{Deferred, SurfaceSource};
 use crate::sim::gpu::GpuError;
 use crate::sim::params::Domain;
 use crate::surface::field::Tier;
-use crate::surface::gpu::{SurfaceKernels, SurfaceStatus, flag};
+use crate::surface::gpu::{SurfaceKernels, SurfaceStatus};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
@@ -40,6 +40,8 @@ const CAPACITY_GROWTH: u32 = 4;
 const VERTICES_PER_TRIANGLE: f64 = 0.75;
 /// Greatest slab [bytes]: what a binding may have on every device.
 const SLAB_MAX: u64 = 128 << 20;
+/// Bytes of a vertex.
+const VERTEX_BYTES: u64 = 28;
 
 /// Room in a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,16 +57,16 @@ impl Capacity {
         Self { vertices: (f64::from(count) * VERTICES_PER_TRIANGLE) as u32, indices: 3 * count }
     }
 
-    /// The next size in which what `status` asks for finds room.
-    fn grown(self, status: &SurfaceStatus) -> Self {
-        let mut triangles = self.indices / 3;
-        loop {
-            triangles = triangles.saturating_mul(CAPACITY_GROWTH);
-            let next = Self::of_triangles(triangles);
-            if (next.vertices >= status.vertex_count && next.indices >= status.index_count) || triangles > 1 << 28 {
-                return next;
-            }
-        }
+    /// Whether what `status` asks for finds room.
+    fn holds(self, status: &SurfaceStatus) -> bool {
+        self.vertices >= status.vertex_count && self.indices >= status.index_count
+    }
+
+    /// The next size in which what `status` asks for finds room; none if that is more than a slab holds.
+    fn grown(self, status: &SurfaceStatus) -> Option<Self> {
+        let sizes = std::iter::successors(Some(self.indices / 3), |triangles| triangles.checked_mul(CAPACITY_GROWTH));
+        let is_in_slab = |capacity: &Self| u64::from(capacity.vertices) * VERTEX_BYTES <= SLAB_MAX;
+        sizes.map(Self::of_triangles).take_while(is_in_slab).find(|capacity| capacity.holds(status))
     }
 
     /// A mesh of this size in which nothing is seen, its vertices at the corners of the room.
@@ -109,15 +111,35 @@ impl Drawn {
         self.told().fault.take()
     }
 
-    /// The mesh's capacity, or the next one if the surface did not find room in it.
-    fn capacity_wanted(&self) -> Capacity {
-        let full = self.told().status.filter(|status| status.flags & flag::MESH_FULL != 0);
-        full.map_or(self.capacity, |status| self.capacity.grown(&status))
+    /// The mesh's capacity, or the next one if the surface did not find room in it. By what is needed: the status may be one of the mesh before.
+    ///
+    /// # Errors
+    /// More than a mesh can have.
+    fn capacity_wanted(&self) -> Result<Capacity, String> {
+        let status = self.told().status;
+        let Some(status) = status.filter(|status| !self.capacity.holds(status)) else { return Ok(self.capacity) };
+        let triangles = status.index_count / 3;
+        self.capacity.grown(&status).ok_or_else(|| format!("{triangles} triangles are more than a mesh on the device can have"))
     }
 
     /// Triangles shown, as far as is known.
     pub(super) fn triangle_count(&self) -> usize {
         self.told().status.map_or(0, |status| status.index_count as usize / 3)
+    }
+}
+
+/// Why the device does not make a clay's surface after all, until its engine or the device is another.
+#[derive(Component, Clone)]
+pub(super) struct Declined {
+    reason: String,
+    generation: u64,
+    device: SharedDevice,
+}
+
+impl Declined {
+    /// What went wrong.
+    pub(super) fn reason(&self) -> &str {
+        &self.reason
     }
 }
 
@@ -127,7 +149,7 @@ struct Compiled {
     device: Option<SharedDevice>,
     under_way: Option<Task<Result<SurfaceKernels, GpuError>>>,
     kernels: Option<SurfaceKernels>,
-    /// Why surfaces are made on the processor after all.
+    /// Why no surface is made on it.
     fault: Option<String>,
 }
 
@@ -185,7 +207,7 @@ fn open_slabs(app: &mut App) {
 }
 
 /// What is drawn now.
-type Shown<'a> = (Option<&'a Drawn>, Has<MeshMaterial3d<StandardMaterial>>);
+type Shown<'a> = (Option<&'a Drawn>, Option<&'a Declined>, Has<MeshMaterial3d<StandardMaterial>>);
 
 /// What the mesh is put into.
 type Store<'w> = (Option<ResMut<'w, Assets<Mesh>>>, Option<ResMut<'w, Assets<StandardMaterial>>>);
@@ -203,13 +225,14 @@ fn choose(
     let _watch = held.watch();
     let Some(mut meshes) = meshes else { return };
     let device = app.get();
-    for (entity, settings, engine, (drawn, has_material)) in &mut clays {
+    for (entity, settings, engine, (drawn, declined, has_material)) in &mut clays {
         let mut entity = commands.entity(entity);
-        if let Some(fault) = drawn.and_then(Drawn::take_fault) {
-            warn!("clay surfaces are made on the processor: {fault}");
-            compiled.fault = Some(fault);
+        let generation = engine.generation;
+        let is_declined = |device: &&SharedDevice| declined.is_some_and(|d| (d.generation, &d.device) == (generation, *device));
+        let wanted = device.as_ref().filter(|device| is_wanted_on(device, settings) && !is_declined(device));
+        if declined.is_some() && wanted.is_some() {
+            entity.remove::<Declined>();
         }
-        let wanted = device.as_ref().filter(|device| is_wanted_on(device, settings));
         let ready = wanted.and_then(|device| Some((device.clone(), compiled.get(device)?)));
         let (Some((device, kernels)), Some(domain)) = (ready, engine.domain()) else {
             if drawn.is_some() {
@@ -218,9 +241,16 @@ fn choose(
             }
             continue;
         };
+        let capacity = drawn.map_or(Ok(Capacity::of_triangles(CAPACITY_FIRST)), Drawn::capacity_wanted);
+        let capacity = match drawn.and_then(Drawn::take_fault).map_or(capacity, Err) {
+            Ok(capacity) => capacity,
+            Err(reason) => {
+                warn!("a clay's surface is made on the processor: {reason}");
+                entity.insert(Declined { reason, generation, device });
+                continue;
+            }
+        };
         let tier = if settings.mesh == MeshQuality::Coarse { Tier::Coarse } else { Tier::Fine };
-        let (capacity, generation) =
-            (drawn.map_or(Capacity::of_triangles(CAPACITY_FIRST), Drawn::capacity_wanted), engine.generation);
         let is_same_room = |d: &&Drawn| (d.capacity, d.domain) == (capacity, domain) && d.device == device;
         if drawn.filter(is_same_room).is_some_and(|d| (d.tier, d.generation) == (tier, generation)) {
             continue;
@@ -274,4 +304,25 @@ fn extract(clays: Extract<Query<(Entity, &ClayEngine, &Drawn)>>, mut surfaces: R
         Some(Job { entity, drawn: drawn.clone(), source })
     };
     surfaces.set_jobs(clays.iter().filter_map(job).collect());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By what is needed, in one go; nothing beyond what a slab holds.
+    #[test]
+    fn capacity_grows_by_need() {
+        let needs = |triangles: u32| {
+            let mut status: SurfaceStatus = bytemuck::Zeroable::zeroed();
+            (status.vertex_count, status.index_count) = (triangles / 2, 3 * triangles);
+            status
+        };
+        let first = Capacity::of_triangles(CAPACITY_FIRST);
+        assert!(first.holds(&needs(CAPACITY_FIRST)) && !first.holds(&needs(CAPACITY_FIRST + 1)));
+        assert_eq!(first.grown(&needs(CAPACITY_FIRST + 1)), Some(Capacity::of_triangles(4 * CAPACITY_FIRST)));
+        let next = first.grown(&needs(300_000)).expect("a mesh of 300,000 triangles");
+        assert_eq!((next.indices, next.grown(&needs(300_000))), (3 * 64 * CAPACITY_FIRST, Some(next)), "enough is enough");
+        assert_eq!(first.grown(&needs(8_000_000)), None);
+    }
 }

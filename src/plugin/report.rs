@@ -1,7 +1,7 @@
 //! Hands out what came of frames: messages, status, trouble named once per clay.
 
 use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus};
-use super::draw::Drawn;
+use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
 use super::follow::Following;
 use super::gpu::Bridge;
@@ -81,17 +81,20 @@ impl Pace {
 }
 
 /// What a status is written from.
-type Sources<'a> =
-    (&'a EngineStart, Option<&'a mut ClayEngine>, (Option<&'a ClaySurface>, Option<&'a Drawn>), Option<&'a Following>);
+type Sources<'a> = (
+    &'a EngineStart,
+    Option<&'a mut ClayEngine>,
+    (Option<&'a ClaySurface>, Option<&'a Drawn>, Option<&'a Declined>),
+    Option<&'a Following>,
+);
 
 /// Says how each clay is doing.
 pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, mut held: ResMut<HeldTime>) {
     let longest = held.longest_ms();
     let _watch = held.watch();
-    for (mut status, (start, engine, (surface, drawn), following)) in &mut clays {
+    for (mut status, (start, engine, (surface, drawn, declined), following)) in &mut clays {
         status.main_thread_ms = longest;
-        (status.mesh_ms, status.triangle_count) =
-            surface.map_or((0.0, 0), |s| (s.extract_ms(), s.mesh().map_or(0, |m| m.triangles.len())));
+        (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.triangle_count()));
         if let Some(drawn) = drawn {
             status.triangle_count = drawn.triangle_count();
         }
@@ -108,7 +111,8 @@ pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, m
             error = error.or(stopped).or(engine.planner.refused.as_ref().map(ToString::to_string));
         }
         let (fault, warnings) = following.map_or((None, &[][..]), |f| (f.error.clone(), f.warnings.as_slice()));
-        status.error = error.or(fault);
+        let declined = declined.map(|d| format!("the surface is made on the processor: {}", d.reason()));
+        status.error = error.or(fault).or(declined);
         if status.warnings != warnings {
             status.warnings = warnings.to_vec();
         }

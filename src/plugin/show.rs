@@ -8,6 +8,7 @@ use super::schedule::ClaySystems;
 use crate::sim::engine::{Deferred, SurfaceSource};
 use crate::surface::extract::extract_by;
 use crate::surface::field::{Field, SurfaceSettings, Tier};
+use crate::surface::grains::{self, Grain};
 use crate::surface::labels::Rules;
 use crate::surface::mesh::Mesh as Surface;
 use crate::surface::ray::{RayHit, cast_ray};
@@ -30,6 +31,7 @@ const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
     mesh: Option<Arc<Surface>>,
+    grains: Arc<[Grain]>,
     field: Arc<Field>,
     settings: SurfaceSettings,
     bounds: Option<(DVec3, DVec3)>,
@@ -38,10 +40,21 @@ pub struct ClaySurface {
 }
 
 impl ClaySurface {
-    /// The mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone. None where the graphics device makes
+    /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone and has balls for the grains
+    /// behind it. None where the graphics device makes
     /// what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
     pub fn mesh(&self) -> Option<&Arc<Surface>> {
         self.mesh.as_ref()
+    }
+
+    /// The particles that the mesh does not show, in the clay's own frame: drawn as balls. Those of a surface that the graphics device makes stay there.
+    pub fn grains(&self) -> &[Grain] {
+        &self.grains
+    }
+
+    /// Triangles of mesh and balls.
+    pub(super) fn triangle_count(&self) -> usize {
+        self.mesh().map_or(0, |m| m.triangles.len()) + grains::ball_triangles(self.grains.len())
     }
 
     /// The field that the surface is made of; where the graphics device makes what is shown, one with nodes every cell, to point at. With 8 particles per cell it takes about 12
@@ -69,6 +82,21 @@ impl ClaySurface {
     pub fn extract_ms(&self) -> f64 {
         self.extract_ms
     }
+
+    /// Whether this surface stands for another state of the same clay, with these fields and grains: it does while nothing has moved by what could be seen.
+    fn is_still(&self, field: &Field, grains: &[Grain], state: State, cell_width: f64) -> bool {
+        let is_same_kind = State { revision: state.revision, ..self.state } == state;
+        // A hundredth of a cell, as for the fields.
+        let by = 0.01 * cell_width as f32;
+        let is_still = |(a, b): (&Grain, &Grain)| {
+            let [p, q] = [a, b].map(|g| Vec3::from_array(g.position).extend(g.radius));
+            (p - q).abs().max_element() <= by
+        };
+        is_same_kind
+            && field.is_still(&self.field)
+            && grains.len() == self.grains.len()
+            && grains.iter().zip(&self.grains[..]).all(is_still)
+    }
 }
 
 /// What is shown, or is going to be.
@@ -94,32 +122,55 @@ pub(super) struct Extraction {
 /// A surface as it comes from its task, ready to be swapped in.
 struct Extracted {
     surface: ClaySurface,
-    /// Of clay that is drawn from here, if there is any.
-    drawn: Option<(Mesh, Aabb)>,
+    drawn: Draw,
+}
+
+/// What becomes of the mesh that is drawn from here.
+enum Draw {
+    /// It stays: clay at rest, or clay that the device draws.
+    Same,
+    /// It goes: there is no clay.
+    Nothing,
+    /// Another takes its place.
+    New(Box<Mesh>, Aabb),
 }
 
 impl Extracted {
-    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State) -> Self {
+    /// The surface of a state; the one `before` goes on where it stands for that.
+    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State, before: Option<ClaySurface>) -> Self {
         let began = Instant::now();
         let settings = SurfaceSettings::new(tier);
-        let field = Field::of_particles(&make(), &settings);
+        let source = make();
+        let (field, grains) = match state.is_shown {
+            true => grains::field_and_grains(&source, &settings),
+            false => (Field::of_particles(&source, &settings), vec![]),
+        };
+        if let Some(before) = before.filter(|b| b.is_still(&field, &grains, state, source.domain.cell_width)) {
+            return Self { surface: ClaySurface { state, ..before }, drawn: Draw::Same };
+        }
         let mesh =
             state.is_shown.then(|| extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals));
         let bounds = mesh.as_ref().map_or_else(|| field.bounds(settings.iso_threshold), Surface::bounds);
-        let drawn =
-            mesh.as_ref().zip(bounds).map(|(mesh, (low, high))| (asset(mesh), Aabb::from_min_max(low.as_vec3(), high.as_vec3())));
-        let (mesh, field) = (mesh.map(Arc::new), Arc::new(field));
+        let all = mesh.map(|mesh| grains::Extraction { mesh, grains: grains.clone() });
+        let drawn = all.as_ref().map_or(Draw::Same, |all| {
+            let all = all.drawn();
+            match all.bounds() {
+                Some((low, high)) => Draw::New(Box::new(asset(all)), Aabb::from_min_max(low.as_vec3(), high.as_vec3())),
+                None => Draw::Nothing,
+            }
+        });
+        let (mesh, field) = (all.map(|all| Arc::new(all.mesh)), Arc::new(field));
         let extract_ms = began.elapsed().as_secs_f64() * 1e3;
-        Self { surface: ClaySurface { mesh, field, settings, bounds, state, extract_ms }, drawn }
+        Self { surface: ClaySurface { mesh, grains: grains.into(), field, settings, bounds, state, extract_ms }, drawn }
     }
 }
 
 /// The asset of a surface. The copy on the graphics device is enough; apps read [`ClaySurface`].
-fn asset(surface: &Surface) -> Mesh {
+fn asset(drawn: Surface) -> Mesh {
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::RENDER_WORLD)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
-        .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, drawn.positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, drawn.normals.unwrap_or_default())
+        .with_inserted_indices(Indices::U32(drawn.triangles.into_flattened()))
 }
 
 /// Shows clay in apps that have meshes.
@@ -164,9 +215,13 @@ pub(super) fn swap(
             // The device makes what is shown; this is to point at.
             continue;
         }
-        let Some((asset, bounds)) = new.drawn else {
-            entity.remove::<(Mesh3d, Aabb)>();
-            continue;
+        let (asset, bounds) = match new.drawn {
+            Draw::New(asset, bounds) => (*asset, bounds),
+            Draw::Same => continue,
+            Draw::Nothing => {
+                entity.remove::<(Mesh3d, Aabb)>();
+                continue;
+            }
         };
         let handle = match mesh {
             // Its own, not one that the app put there.
@@ -224,7 +279,8 @@ pub(super) fn request(
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {
-            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state) });
+            let before = surface.cloned();
+            let task = AsyncComputeTaskPool::get().spawn(async move { Extracted::new(make, tier, state, before) });
             extraction.under_way = Some((state, task));
         }
     }

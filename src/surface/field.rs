@@ -11,7 +11,7 @@
 //! its width, (1 3 3 1)/4 per axis, so particles scatter to 27 nodes of the half-cell lattice between the grid's nodes, and one
 //! separable filter per block then does the refinement and the blur together, exactly.
 
-use super::grains::free_grains;
+use super::grains::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};
@@ -102,7 +102,7 @@ const BLUR_PASSES_MAX: u32 = 2;
 /// blurs: 0.62 makes a sphere of 10 cells 0.6 % too small, 0.65 0.1-0.2 % too small, 0.70 0.7-0.8 % too large.
 pub(crate) const SURFACE_DENSITY: f32 = 0.65;
 /// Density from which on a particle is within the surface, whatever the threshold.
-const BULK_DENSITY: f32 = 0.95;
+pub(crate) const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 pub(crate) const DENSITY_MIN: f32 = 0.02;
 
@@ -152,8 +152,8 @@ impl Field {
         Self::new(source, settings, false).0
     }
 
-    /// The fields without small clusters, and the particles that are not within the surface then, each with how far f is below the
-    /// threshold there [of the threshold].
+    /// The fields without small clusters, and the particles that the surface does not show then, each with how far f is below
+    /// [`GRAIN_FIELD`] there [of that].
     pub(crate) fn without_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> (Self, Vec<(u32, f32)>) {
         Self::new(source, settings, true)
     }
@@ -197,8 +197,8 @@ impl Field {
         let outside = |i: u32| {
             let (p, rho) = (&particles[i as usize], densities[i as usize]);
             let is_near = rho > 0.0 && rho < BULK_DENSITY;
-            let share = |f: f32| (i, 1.0 - f / settings.iso_threshold);
-            is_near.then(|| share(field.total_at((Vec3::from_array(p.position) * scale).as_dvec3()))).filter(|g| g.1 >= 0.0)
+            let share = |f: f32| (i, 1.0 - f / (GRAIN_FIELD * settings.iso_threshold));
+            is_near.then(|| share(field.total_at((Vec3::from_array(p.position) * scale).as_dvec3()))).filter(|g| g.1 > 0.0)
         };
         let grains = (0..particles.len() as u32).into_par_iter().filter_map(outside).collect();
         (field, grains)

@@ -7,8 +7,8 @@ use crate::scene::export::{ExportOptions, write_bodies};
 use crate::scene::pieces::Pieces;
 use crate::scene::resample::resample;
 use crate::sim::snapshot::Snapshot;
-use crate::surface::extract::extract;
 use crate::surface::field::SurfaceSettings;
+use crate::surface::grains::extract_with_grains;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
@@ -140,7 +140,8 @@ pub(super) fn answer(
                 };
                 let folder = folder.0.clone();
                 let write = async move {
-                    let mesh = extract(&surface(), &SurfaceSettings::default());
+                    // Grains are left out: they are no solid.
+                    let mesh = extract_with_grains(&surface(), &SurfaceSettings::default()).mesh;
                     let path = free_file(&folder, format)?;
                     let options = ExportOptions { bodies, ..ExportOptions::default() };
                     let report = write_bodies(&path, &mesh, &options).map_err(|e| e.to_string())?;

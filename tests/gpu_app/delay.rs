@@ -20,9 +20,16 @@ const GRAVITY: f64 = 9.81;
 /// Words of a vertex: position, normal, number of its edge.
 const VERTEX_WORDS: usize = 7;
 
-/// The mesh to be looked at, and the least height [m] of what was drawn of it last.
+/// What is looked at, and what was seen.
+#[derive(Default)]
+struct Seen {
+    mesh: Option<AssetId<Mesh>>,
+    /// Least height [m] of what was drawn of it last.
+    height: Option<f32>,
+}
+
 #[derive(Resource, Clone, Default)]
-struct Look(Arc<Mutex<(Option<AssetId<Mesh>>, Option<f32>)>>);
+struct Look(Arc<Mutex<Seen>>);
 
 /// Words of a buffer's part.
 fn read(device: &RenderDevice, queue: &RenderQueue, buffer: &wgpu::Buffer, words: Range<usize>) -> Vec<u32> {
@@ -39,16 +46,17 @@ fn read(device: &RenderDevice, queue: &RenderQueue, buffer: &wgpu::Buffer, words
 }
 
 /// The lowest corner of all triangles that have a size.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn look(look: Res<Look>, device: Res<RenderDevice>, queue: Res<RenderQueue>, allocator: Res<MeshAllocator>) {
     let mut look = look.0.lock().expect("the look");
-    let Some(id) = look.0 else { return };
+    let Some(id) = look.mesh else { return };
     let (Some(vertices), Some(indices)) = (allocator.mesh_vertex_slice(&id), allocator.mesh_index_slice(&id)) else { return };
     let words = |range: &Range<u32>, each: usize| range.start as usize * each..range.end as usize * each;
     let corners = read(&device, &queue, vertices.buffer, words(&vertices.range, VERTEX_WORDS));
     let triangles = read(&device, &queue, indices.buffer, words(&indices.range, 1));
     let height = |v: &u32| f32::from_bits(corners[*v as usize * VERTEX_WORDS + 1]);
     let sized = triangles.chunks(3).filter(|t| t[0] != t[1]);
-    look.1 = sized.flatten().map(height).reduce(f32::min);
+    look.height = sized.flatten().map(height).reduce(f32::min);
 }
 
 /// Clay in free fall is drawn where the last frame that was reported left it, in the same frame of the app; with the GPU engine where the last one did that the device has
@@ -64,9 +72,9 @@ pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
         let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, is_responsive: false, ..default() };
         let clay = app.world_mut().spawn((Clay::new(super::cube()), settings)).id();
         settle(&mut app, "the surface", |world| status(world, clay).triangle_count > 0)?;
-        seen.0.lock().expect("the look").0 = app.world().get::<Mesh3d>(clay).map(|mesh| mesh.id());
+        seen.0.lock().expect("the look").mesh = app.world().get::<Mesh3d>(clay).map(|mesh| mesh.id());
         app.update();
-        let height = || seen.0.lock().expect("the look").1.map(f64::from).ok_or("nothing is drawn");
+        let height = || seen.0.lock().expect("the look").height.map(f64::from).ok_or("nothing is drawn");
         let start = height()?;
         let fall = |time: f64| GRAVITY * time * time / 2.0;
         let mut wrong = None;

@@ -234,34 +234,50 @@ fn ball(radius: f64) -> Snapshot {
     Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles }
 }
 
-/// Triangles that the processor makes of the clay as it stands.
-fn triangles(world: &World, clay: Entity) -> usize {
+/// Triangles that the processor makes of the clay as it stands, of the surface and with its balls.
+fn triangles(world: &World, clay: Entity) -> (usize, usize) {
     let source = world.get::<ClayEngine>(clay).and_then(ClayEngine::surface).expect("a surface");
-    extract(&source, &SurfaceSettings::new(Tier::Fine)).triangles.len()
+    let all = extract_with_grains(&source, &SurfaceSettings::new(Tier::Fine));
+    (all.mesh.triangles.len(), all.drawn().triangles.len())
+}
+
+/// The cube, and a particle alone, far above it.
+fn cube_and_particle() -> Snapshot {
+    let mut snapshot = cube();
+    let place = snapshot.domain.to_grid(DVec3::new(3.0, 14.0, 5.0) * DX);
+    snapshot.particles.push(Particle::at(place, (DX.powi(3) / 8.0) as f32, 512));
+    snapshot
 }
 
 /// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has moved, and of clay that the first mesh has no room for; who makes them
 /// may change at any time.
 fn surface_is_made_on_the_device() -> Result<(), Failed> {
-    for (engine, snapshot) in [(EngineChoice::Native, cube()), (EngineChoice::Gpu, cube()), (EngineChoice::Native, ball(12.2))] {
+    let clays = [
+        (EngineChoice::Native, cube_and_particle(), 20),
+        (EngineChoice::Gpu, cube_and_particle(), 20),
+        (EngineChoice::Native, ball(12.2), 0),
+    ];
+    for (engine, snapshot, of_balls) in clays {
         let mut app = app();
         let gravity = DVec3::NEG_Y * GRAVITY;
         let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, ..default() };
         let clay = app.world_mut().spawn((Clay::new(snapshot), settings)).id();
         settle(&mut app, "an engine", |world| world.get::<ClayEngine>(clay).is_some())?;
-        let expected = triangles(app.world(), clay);
+        let (body, expected) = triangles(app.world(), clay);
+        check(expected == body + of_balls, format!("{expected} triangles with balls, {body} without"))?;
         settle(&mut app, "the surface", |world| status(world, clay).triangle_count == expected)?;
         let mesh = |world: &World| world.get::<Mesh3d>(clay).map(|mesh| mesh.id());
         let drawn = mesh(app.world());
         check(drawn.is_some(), "nothing to draw")?;
         run(&mut app, clay, 0.01)?;
-        let expected = triangles(app.world(), clay);
+        let (body, expected) = triangles(app.world(), clay);
+        check(expected == body + of_balls, format!("{expected} triangles with balls, {body} without, after a while"))?;
         // What changes by less than a hundredth is not extracted anew.
         let is_near = |count: usize| count.abs_diff(expected) <= expected / 50;
         settle(&mut app, "the surface after a while", |world| is_near(status(world, clay).triangle_count))?;
         app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Cpu;
         let by_processor =
-            |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().map_or(0, |m| m.triangles.len())) == expected;
+            |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().map_or(0, |m| m.triangles.len())) == body;
         settle(&mut app, "the processor's surface", |world| {
             by_processor(world) && mesh(world).is_some_and(|m| Some(m) != drawn)
         })?;

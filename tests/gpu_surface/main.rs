@@ -7,15 +7,16 @@ mod clay;
 #[path = "../../examples/validate/surface/device.rs"]
 mod device;
 
-use bevy_clay::sim::engine::{SurfaceSource, Validation};
+use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource, Validation};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::{extract, extract_field};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::gpu::{SurfaceRoom, flag};
+use bevy_clay::surface::grains::extract_with_grains;
 use bevy_clay::surface::mesh::Mesh;
 use bevy_clay::surface::weld::print_ready;
-use clay::{CELL, CutCube, Random, affine, ball, domain};
+use clay::{CELL, CutCube, Random, affine, ball, domain, lattice, scattered, with_dust};
 use device::{Device, Output};
 use glam::{DMat3, DVec3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -151,6 +152,22 @@ fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
+/// A surface of another tier, or of fewer particles, goes on in the same mesh: nothing is left of what stood there.
+fn another_surface_leaves_nothing_of_the_first(device: &Device) -> Result<(), Failed> {
+    let (large, small) = (ball(5.0, 0.5, 3), ball(3.0, 0.5, 3));
+    let settings = SurfaceSettings::default();
+    let mut run = device.run(&large, &settings, SurfaceRoom::for_particles(large.particles.len()));
+    let first = run.frame(&large, false);
+    for (source, tier) in [(&large, Tier::Coarse), (&large, Tier::Fine), (&small, Tier::Fine)] {
+        run.begin_anew(source, &SurfaceSettings::new(tier));
+        let second = run.frame(source, false);
+        assert!(second.status.flags == 0 && second.status.index_count > 0);
+        let left = second.words.1[second.status.index_count as usize..].iter().filter(|i| **i != 0).count();
+        assert_eq!(left, 0, "indices of another mesh, of {} at first", first.status.index_count);
+    }
+    Ok(())
+}
+
 /// Too little room of any kind is a flag, leaves the mesh as it was, and says how much is needed.
 fn want_of_room_is_told(device: &Device) -> Result<(), Failed> {
     let cube = CutCube::crossed(0, &mut Random(7)).source(DMat3::IDENTITY);
@@ -238,17 +255,105 @@ fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Particles and clusters scattered about a cube: the grains are the processor's, and so is the surface without them; a ball has none, a cube has none.
+fn grains_agree(device: &Device) -> Result<(), Failed> {
+    let mut random = Random(11);
+    let mut partial = 0;
+    for tier in [Tier::Fine, Tier::Coarse] {
+        let settings = SurfaceSettings::new(tier);
+        for case in 0..4 {
+            let source = scattered(&mut random);
+            let expected = extract_with_grains(&source, &settings);
+            let output = device.run_with_grains(&source, &settings).frame(&source, false);
+            assert_eq!(output.status.flags, 0, "{tier:?} {case}");
+            assert_eq!(device::grain_difference(&output.grains, &expected.grains, CELL), None, "{tier:?} {case}");
+            // A particle of 8 per cell has a radius of 0.31 cells.
+            partial += output.grains.iter().filter(|g| f64::from(g.radius) < 0.3 * CELL).count();
+            assert!(output.grains.len() > 30, "{tier:?} {case}: {} grains", output.grains.len());
+            let (ours, theirs) = (output.merged(), &expected.mesh);
+            let check = (MeshCheck::of(&ours), MeshCheck::of(theirs));
+            assert_eq!((check.0.open_edges, check.0.components), (0, check.1.components), "{tier:?} {case}");
+            assert!((ours.volume() / theirs.volume() - 1.0).abs() < 1e-5, "{tier:?} {case}");
+        }
+    }
+    assert!(partial > 10, "{partial} grains near a surface");
+    let cube = lattice(DVec3::splat(10.3), DVec3::splat(18.3), 0.25, &mut random, |_| true);
+    for source in [ball(5.0, 0.25, 3), clay::source(domain(30.0), &cube, |_| 0, 1.0)] {
+        let settings = SurfaceSettings::default();
+        let output = device.run_with_grains(&source, &settings).frame(&source, false);
+        assert!(output.grains.is_empty() && output.words == device.extract(&source, &settings).words);
+    }
+    let none = SurfaceSource { domain: domain(30.0), particles: Vec::new().into() };
+    assert_eq!(device.run_with_grains(&none, &SurfaceSettings::default()).frame(&none, false).status.index_count, 0);
+    Ok(())
+}
+
+/// Two runs give the same bits; what hardly moves keeps them; a grain that moves, goes or comes is seen though the surface is the same. Room that is enough for the surface
+/// alone is told as too little.
+fn grains_rest_and_move_with_the_clay(device: &Device) -> Result<(), Failed> {
+    let source = with_dust(&ball(4.0, 0.25, 3), 200);
+    let settings = SurfaceSettings::default();
+    let mut run = device.run_with_grains(&source, &settings);
+    let first = run.frame(&source, false);
+    assert_eq!(first.grains.len(), 200);
+    assert!(device.run_with_grains(&source, &settings).frame(&source, false).words == first.words, "another run");
+    let changed = |change: &dyn Fn(&mut Vec<SurfaceParticle>)| {
+        let mut particles = source.particles.to_vec();
+        change(&mut particles);
+        SurfaceSource { domain: source.domain, particles: particles.into() }
+    };
+    let shaken = run.frame(&changed(&|all| all.iter_mut().for_each(|p| p.position[0] += 1e-3)), false);
+    assert!(shaken.words == first.words && shaken.status.extraction_count == 1);
+    let moved = run.frame(&changed(&|all| all.iter_mut().last().expect("dust").position[1] += 0.1), false);
+    let up = moved.grains[199].position[1] - first.grains[199].position[1];
+    assert!((f64::from(up) / CELL - 0.1).abs() < 1e-4 && moved.grains[..199] == first.grains[..199]);
+    assert!(moved.status.extraction_count == 2 && moved.merged() == first.merged());
+    let fewer = run.frame(&changed(&|all| all.truncate(all.len() - 60)), false);
+    assert!(fewer.grains == first.grains[..140] && fewer.status.extraction_count == 3);
+    let tail = &fewer.words.1[fewer.status.index_count as usize..moved.status.index_count as usize];
+    assert!(tail.len() == 3600 && tail.iter().all(|&i| i == 0), "a tail of triangles without size");
+    let again = run.frame(&source, false);
+    assert!(again.words == first.words, "as at the start");
+    run.capacity = (first.mesh.positions.len() as u32 + 100, 700_000);
+    let full = run.frame(&source, true);
+    assert!(full.status.flags == flag::MESH_FULL && full.words == first.words, "as it was");
+    assert_eq!((full.status.vertex_count, full.status.index_count), (first.status.vertex_count, first.status.index_count));
+    // Told again until there is room, though the clay rests.
+    assert_eq!(run.frame(&source, false).status.flags, flag::MESH_FULL);
+    run.capacity = (160_000, 700_000);
+    assert!(run.frame(&source, false).words == first.words);
+    Ok(())
+}
+
+/// More than 10,000 grains are octahedra; in several workgroups' counts, and as many as the processor finds.
+fn many_grains_are_octahedra(device: &Device) -> Result<(), Failed> {
+    let settings = SurfaceSettings::new(Tier::Coarse);
+    for (count, vertices) in [(9_700, 12), (10_500, 6)] {
+        let source = with_dust(&ball(3.0, 0.25, 3), count);
+        let output = device.run_with_grains(&source, &settings).frame(&source, false);
+        assert_eq!((output.status.flags, output.status.ball_counts().0), (0, vertices * count as u32));
+        let expected = extract_with_grains(&source, &settings);
+        assert_eq!(device::grain_difference(&output.grains, &expected.grains, CELL), None);
+        assert_eq!(3 * expected.drawn().triangles.len(), output.status.index_count as usize);
+    }
+    Ok(())
+}
+
 fn main() {
     let arguments = Arguments::from_args();
     type Test = fn(&Device) -> Result<(), Failed>;
-    let tests: [(&str, Test); 7] = [
+    let tests: [(&str, Test); 11] = [
         ("random_fields_agree", random_fields_agree),
         ("clay_agrees", clay_agrees),
         ("normals_agree", normals_agree),
         ("clay_at_rest_stays_bit_identical", clay_at_rest_stays_bit_identical),
+        ("another_surface_leaves_nothing_of_the_first", another_surface_leaves_nothing_of_the_first),
         ("want_of_room_is_told", want_of_room_is_told),
         ("odd_particles_are_left_out", odd_particles_are_left_out),
         ("engine_particles_are_taken_in_place", engine_particles_are_taken_in_place),
+        ("grains_agree", grains_agree),
+        ("grains_rest_and_move_with_the_clay", grains_rest_and_move_with_the_clay),
+        ("many_grains_are_octahedra", many_grains_are_octahedra),
     ];
     let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
     let is_ignored = DEVICE.is_err() && mode != GpuMode::Require;

@@ -2,6 +2,8 @@
 
 #[path = "../../examples/validate/surface/clay.rs"]
 mod clay;
+#[path = "../../examples/gallery/clusters.rs"]
+mod clusters;
 mod cuts;
 mod fields;
 mod files;

@@ -94,6 +94,26 @@ pub(crate) fn cluster(count: usize, random: &mut Random) -> Vec<DVec3> {
     points.iter().map(|p| centre + *p + random.vector(-0.1, 0.1)).collect()
 }
 
+/// A cube of 6 cells, 40 particles and 30 clusters of 1 to 30 anywhere, also in each other.
+pub(crate) fn scattered(random: &mut Random) -> SurfaceSource {
+    let low = DVec3::splat(10.0) + random.vector(0.0, 1.0);
+    let mut points = lattice(low, low + 6.0, 0.25, random, |_| true);
+    points.extend((0..40).map(|_| random.vector(4.0, 26.0)));
+    for count in 1..=30 {
+        let shift = random.vector(4.0, 26.0) - 15.5;
+        points.extend(cluster(count, random).iter().map(|p| p + shift));
+    }
+    source(domain(30.0), &points, |_| 0, 1.0)
+}
+
+/// `s`, and `count` particles around it, each alone: 2 cells from the next, 2 from the ball.
+pub(crate) fn with_dust(s: &SurfaceSource, count: usize) -> SurfaceSource {
+    let at = |i: u32| DVec3::new(f64::from(i % 31), f64::from(i / 31 % 31), f64::from(i / 961)) * 2.0 + 1.5;
+    let places: Vec<DVec3> = (0..29_791).map(at).filter(|p| p.distance(BALL_CENTRE) > 17.0).take(count).collect();
+    let dust = source(domain(64.0), &places, |_| 0, 1.0);
+    SurfaceSource { particles: s.particles.iter().chain(&dust.particles[..]).copied().collect::<Vec<_>>().into(), ..dust }
+}
+
 /// A cut of no width along a plane; particles within [`BAND`] of it know their side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {

@@ -6,6 +6,7 @@ use bevy_clay::sim::gpu::{GpuDevice, GpuError};
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
 use bevy_clay::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceKernels, SurfaceRoom, SurfaceStatus, VERTEX_WORDS};
+use bevy_clay::surface::grains::Grain;
 use bevy_clay::surface::mesh::Mesh;
 use glam::{IVec3, Vec3};
 use std::collections::{HashMap, HashSet};
@@ -21,8 +22,10 @@ pub(crate) struct Output {
     pub(crate) status: SurfaceStatus,
     /// Words of vertices and indices, whole buffers.
     pub(crate) words: (Vec<u32>, Vec<u32>),
-    /// Vertices of each block by themselves.
+    /// The surface: vertices of each block by themselves.
     pub(crate) mesh: Mesh,
+    /// The balls behind it.
+    pub(crate) grains: Vec<Grain>,
     pub(crate) normals: Vec<[f32; 3]>,
     numbers: Vec<u32>,
     pub(crate) field: Option<Field>,
@@ -74,6 +77,27 @@ pub(crate) fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<St
     (lost > 0).then(|| format!("{lost} triangles that the other has not"))
 }
 
+/// What tells grains from others [m]: which particles they are, places 1e-4 cells apart, radii 1e-3. Those that hardly show, with a radius of 0.02 cells, may be
+/// there or not.
+pub(crate) fn grain_difference(ours: &[Grain], theirs: &[Grain], cell_width: f64) -> Option<String> {
+    let cells = |length: f32| f64::from(length) / cell_width;
+    let key = |all: &[Grain]| all.iter().map(|g| (g.particle, *g)).collect::<HashMap<_, _>>();
+    let (a, b) = (key(ours), key(theirs));
+    let has_lost = |from: &[Grain], to: &HashMap<u32, Grain>| {
+        from.iter().find(|g| cells(g.radius) > 0.02 && !to.contains_key(&g.particle)).map(|g| format!("{g:?} is alone"))
+    };
+    let differs = |g: &&Grain| {
+        b.get(&g.particle).is_some_and(|h| {
+            let apart = Vec3::from_array(g.position).distance(Vec3::from_array(h.position));
+            let is_seen = cells(g.radius.max(h.radius)) > 0.02;
+            cells(apart) > 1e-4 || (is_seen && cells((g.radius - h.radius).abs()) > 1e-3)
+        })
+    };
+    let order = ours.windows(2).find(|w| w[0].particle >= w[1].particle).map(|w| format!("out of order: {w:?}"));
+    let other = || ours.iter().find(differs).map(|g| format!("{g:?}, not {:?}", b[&g.particle]));
+    order.or_else(|| has_lost(ours, &b)).or_else(|| has_lost(theirs, &a)).or_else(other)
+}
+
 /// Where vertices and indices begin in their buffers: not at 0, as in a slab that others share.
 const FIRST: (u32, u32) = (5, 6);
 
@@ -103,6 +127,15 @@ impl Device {
         self.run_of(surface)
     }
 
+    /// [`Self::run`] with grains.
+    pub(crate) fn run_with_grains(&self, source: &SurfaceSource, settings: &SurfaceSettings) -> Run<'_> {
+        let count = source.particles.len() as u32;
+        let room = SurfaceRoom::for_particles(source.particles.len());
+        let surface = |room| GpuSurface::with_grains(&self.kernels, &source.domain, count, settings, room).expect("a surface");
+        let status = self.run_of(surface(room)).frame(source, false).status;
+        self.run_of(surface(room.grown(&status)))
+    }
+
     /// The device itself.
     pub(crate) fn gpu(&self) -> GpuDevice {
         self.gpu.clone()
@@ -114,7 +147,7 @@ impl Device {
     }
 
     fn run_of(&self, surface: GpuSurface) -> Run<'_> {
-        let capacity = (60_000, 240_000);
+        let capacity = (160_000, 700_000);
         let vertices = self.buffer(4 * u64::from(VERTEX_WORDS * (FIRST.0 + capacity.0)));
         let indices = self.buffer(4 * u64::from(FIRST.1 + capacity.1));
         Run { device: self, surface, readback: StatusReadback::new(&self.gpu.device), vertices, indices, capacity }
@@ -173,6 +206,11 @@ impl Device {
 }
 
 impl Run<'_> {
+    /// Another surface for the same mesh.
+    pub(crate) fn begin_anew(&mut self, source: &SurfaceSource, settings: &SurfaceSettings) {
+        self.surface = self.device.surface(&source.domain, source.particles.len() as u32, settings);
+    }
+
     /// Time of one of `count` forced runs, one after the other.
     pub(crate) fn time(&mut self, source: &SurfaceSource, count: u32) -> Duration {
         let gpu = &self.device.gpu;
@@ -227,14 +265,41 @@ fn target<'a>(vertices: &'a wgpu::Buffer, indices: &'a wgpu::Buffer, capacity: (
 }
 
 fn output(status: SurfaceStatus, vertices: Vec<u32>, indices: Vec<u32>) -> Output {
+    let balls = status.ball_counts();
     let is_whole = status.flags == 0;
-    let vertex_count = if is_whole { status.vertex_count as usize } else { 0 };
-    let index_count = if is_whole { status.index_count as usize } else { 0 };
+    let vertex_count = if is_whole { (status.vertex_count - balls.0) as usize } else { 0 };
+    let index_count = if is_whole { (status.index_count - balls.1) as usize } else { 0 };
     let used = vertices.chunks(VERTEX_WORDS as usize).take(vertex_count);
     let three = |v: &[u32]| [v[0], v[1], v[2]].map(f32::from_bits);
     let triangles = indices[..index_count].chunks(3).map(|t| [t[0], t[1], t[2]]).collect();
     let mesh = Mesh::new(used.clone().map(three).collect(), triangles);
     let normals = used.clone().map(|v| three(&v[3..])).collect();
     let numbers = used.map(|v| v[6]).collect();
-    Output { status, words: (vertices, indices), mesh, normals, numbers, field: None }
+    let grains = if is_whole { grains(&status, &vertices, &indices) } else { vec![] };
+    Output { status, words: (vertices, indices), mesh, grains, normals, numbers, field: None }
+}
+
+/// The grains whose balls are the last ones: each a mesh of its own, whose middle and volume are its grain's.
+fn grains(status: &SurfaceStatus, vertices: &[u32], indices: &[u32]) -> Vec<Grain> {
+    let (vertex_count, index_count) = status.ball_counts();
+    let count = status.grain_count.max(1);
+    let (each, corners) = ((vertex_count / count) as usize, (index_count / count) as usize);
+    let (first, first_index) = (status.vertex_count - vertex_count, (status.index_count - index_count) as usize);
+    let grain = |k: usize| {
+        let begin = first as usize + k * each;
+        let vertex = |v: usize| &vertices[v * VERTEX_WORDS as usize..][..VERTEX_WORDS as usize];
+        let positions: Vec<[f32; 3]> =
+            (begin..begin + each).map(|v| [vertex(v)[0], vertex(v)[1], vertex(v)[2]].map(f32::from_bits)).collect();
+        let corners = &indices[first_index + k * corners..][..corners];
+        let triangles = corners.chunks(3).map(|t| [t[0], t[1], t[2]].map(|v| v - begin as u32)).collect();
+        let middle = positions.iter().map(|p| Vec3::from_array(*p)).sum::<Vec3>() / each as f32;
+        for (v, p) in (begin..).zip(&positions) {
+            let normal = Vec3::from_array([vertex(v)[3], vertex(v)[4], vertex(v)[5]].map(f32::from_bits));
+            assert!((Vec3::from_array(*p) - middle).normalize_or(normal).dot(normal) > 0.99, "the normal of a ball");
+        }
+        let volume = Mesh::new(positions, triangles).volume();
+        let radius = (0.75 * volume / std::f64::consts::PI).cbrt() as f32;
+        Grain { position: middle.to_array(), radius, particle: (vertex(begin)[6] & 0x7fff_ffff) / 12 }
+    };
+    (0..status.grain_count as usize).map(grain).collect()
 }

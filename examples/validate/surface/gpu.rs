@@ -1,13 +1,14 @@
 //! The surface on the device: with `--engine gpu` alone.
 
-use super::clay::{CELL, CutCube, Random, affine, ball, domain};
-use super::device::{Device, difference};
+use super::clay::{CELL, CutCube, Random, affine, ball, domain, scattered, with_dust};
+use super::device::{Device, difference, grain_difference};
 use crate::lab::{Size, is_gpu};
 use crate::report::Row;
 use bevy_clay::sim::gpu::GpuDevice;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
 use bevy_clay::surface::gpu::SurfaceRoom;
+use bevy_clay::surface::grains::extract_with_grains;
 
 /// Fields and meshes against the processor's; time on devices that are not software.
 pub(crate) fn on_device(size: Size) -> Vec<Row> {
@@ -21,14 +22,32 @@ pub(crate) fn on_device(size: Size) -> Vec<Row> {
         Row::at_most("on the device: random fields whose mesh differs", random_fields(&device, size), "count", 0.0),
         Row::at_most("on the device: cut cubes whose mesh differs", cubes(&device, size), "count", 0.0),
     ];
+    rows.push(Row::at_most("on the device: scattered clay whose grains differ", grains(&device, size), "count", 0.0));
     if !device.is_software() {
         let source = ball(14.63, 0.25, 3);
         let settings = SurfaceSettings::default();
         let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
         let time = run.time(&source, 100).as_secs_f64() * 1e3;
         rows.push(Row::at_most("on the device: 104,900 particles, fine grid: time", time, "ms", 1.0));
+        let looking = device.run_with_grains(&source, &settings).time(&source, 100).as_secs_f64() * 1e3;
+        rows.push(Row::at_most("on the device: the same, looking for grains: time", looking, "ms", 1.0));
+        let dusty = with_dust(&source, 10_000);
+        let dusty_time = device.run_with_grains(&dusty, &settings).time(&dusty, 100).as_secs_f64() * 1e3;
+        rows.push(Row::at_most("on the device: 10,000 more, each alone, with balls: time", dusty_time, "ms", 2.0));
     }
     rows
+}
+
+/// Clay scattered about a cube: the grains, one by one.
+fn grains(device: &Device, size: Size) -> f64 {
+    let mut random = Random(7);
+    let settings = SurfaceSettings::default();
+    let mut is_other = |_: &usize| {
+        let source = scattered(&mut random);
+        let ours = device.run_with_grains(&source, &settings).frame(&source, false);
+        grain_difference(&ours.grains, &extract_with_grains(&source, &settings).grains, CELL).is_some()
+    };
+    (0..size.pick(1, 4, 100)).filter(|case| is_other(case)).count() as f64
 }
 
 /// 7^3 nodes between empty ones, one to three sheets.

@@ -91,7 +91,8 @@ pub(crate) fn cases(size: Size) -> Vec<Row> {
         if cube.bodies == 2 {
             let n = (map.inverse().transpose() * cube.cuts[0].normal).normalize();
             let point = CUBE_CENTRE + map * (cube.cuts[0].point - CUBE_CENTRE);
-            gap = gap.max(lip_gap(&mesh, n, point).map_or(0.0, f64::abs));
+            // Lips that are not there are no lips that lie on each other.
+            gap = gap.max(lip_gap(&mesh, n, point).map_or(f64::INFINITY, f64::abs));
         }
     }
     for i in 0..crossings {

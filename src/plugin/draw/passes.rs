@@ -50,7 +50,8 @@ struct Place {
 
 impl Made {
     fn new(drawn: &Drawn, particle_count: u32, room: SurfaceRoom) -> Result<Self, GpuError> {
-        let surface = GpuSurface::new(&drawn.kernels, &drawn.domain, particle_count, &SurfaceSettings::new(drawn.tier), room)?;
+        let settings = SurfaceSettings::new(drawn.tier);
+        let surface = GpuSurface::with_grains(&drawn.kernels, &drawn.domain, particle_count, &settings, room)?;
         let readback = StatusReadback::new(drawn.device.wgpu());
         Ok(Self { drawn: drawn.clone(), surface, particle_count, upload: None, place: None, readback })
     }

@@ -66,15 +66,28 @@ pub(super) struct Buffers {
     chunks: [wgpu::Buffer; 2],
     planes: wgpu::Buffer,
     cases: wgpu::Buffer,
+    /// Particles by cell of the cell grid; without grains next to nothing.
+    pub occupancy: wgpu::Buffer,
+    grains: wgpu::Buffer,
+    kept_grains: wgpu::Buffer,
+    grain_counts: wgpu::Buffer,
 }
 
 /// Words of 4 bytes per node and plane, and per block of the visual grid.
 const BLOCK_BYTES: u64 = 512 * 4;
 
 impl Buffers {
+    /// Those for so many particles and table entries of the two levels; for grains 20 bytes a particle more.
+    ///
     /// # Errors
     /// A limit of the device.
-    pub(super) fn new(device: &wgpu::Device, particles: u32, entries: [u32; 2], room: SurfaceRoom) -> Result<Self, GpuError> {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        particles: u32,
+        entries: [u32; 2],
+        room: SurfaceRoom,
+        has_grains: bool,
+    ) -> Result<Self, GpuError> {
         let planes = u64::from(1 + 2 * room.sheets);
         let field_bytes = u64::from(room.blocks) * planes * BLOCK_BYTES;
         let limits = device.limits();
@@ -94,6 +107,7 @@ impl Buffers {
         };
         let storage = |name: &str, bytes: u64| make(name, bytes, usage);
         let words = |count: u32| 4 * u64::from(count);
+        let for_grains = |name: &str, bytes: u64| storage(name, if has_grains { bytes } else { 0 });
         let uniform = || make("params", size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
         Ok(Self {
             params: [uniform(), uniform()],
@@ -104,13 +118,17 @@ impl Buffers {
             fields: storage("fields", field_bytes),
             kept: storage("kept fields", field_bytes),
             kept_blocks: storage("kept blocks", words(room.blocks)),
-            dispatch: storage("dispatch", 80),
-            arguments: make("arguments", 80, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
+            dispatch: storage("dispatch", 96),
+            arguments: make("arguments", 96, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
             weights: storage("weights", words(particles)),
             cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
             counts: storage("counts", 2 * words(room.blocks)),
             chunks: entries.map(|n| storage("chunk sums", words(n.div_ceil(SCAN_CHUNK)))),
             planes: storage("planes", 4 * 256),
+            occupancy: for_grains("occupancy", u64::from(room.cell_blocks) * BLOCK_BYTES),
+            grains: for_grains("grains", words(particles)),
+            kept_grains: for_grains("kept grains", 4 * words(particles.max(1))),
+            grain_counts: for_grains("grain counts", words(particles.div_ceil(64))),
             cases: device.create_buffer_init(&BufferInitDescriptor {
                 label: Some("clay surface:cases"),
                 contents: bytemuck::cast_slice(&case_words()),
@@ -138,6 +156,10 @@ impl Buffers {
             16 => &self.chunks[level],
             17 => &self.dispatch,
             18 => &self.planes,
+            19 => &self.grains,
+            20 => &self.kept_grains,
+            21 => &self.grain_counts,
+            22 => &self.occupancy,
             _ => return None,
         })
     }

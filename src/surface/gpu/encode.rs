@@ -32,7 +32,8 @@ enum Groups {
 
 impl GpuSurface {
     /// Records the passes for `count` particles of 24 bytes ([`SurfaceParticle`](crate::sim::engine::SurfaceParticle)). To be submitted before
-    /// the next call. Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another target.
+    /// the next call. Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another target. Where a
+    /// mesh is forced, or the first of this surface, the target's indices are written to the end of their capacity.
     pub fn encode(
         &mut self,
         queue: &wgpu::Queue,
@@ -44,6 +45,9 @@ impl GpuSurface {
         self.upload(queue, count, target, is_forced);
         encoder.clear_buffer(&self.buffers.status, 0, Some(20));
         encoder.clear_buffer(&self.buffers.status, 48, Some(64));
+        if self.has_grains {
+            encoder.clear_buffer(&self.buffers.occupancy, 0, None);
+        }
         for level in [0, 1] {
             encoder.clear_buffer(&self.buffers.tables[level], 0, None);
             encoder.clear_buffer(&self.buffers.sums[level], 0, None);
@@ -63,21 +67,23 @@ impl GpuSurface {
         }
         passes.extend([(Id::Survey, visual, by_particle), (Id::Assign, visual, Groups::Count(1))]);
         self.run(encoder, &passes, Some(particles), target);
-        let fields = [
+        let mut fields = vec![
             (Id::ScatterDensity, cells, by_particle),
             (Id::Weigh, cells, by_particle),
             (Id::Scatter, visual, by_particle),
             (Id::Filter, visual, Groups::Indirect(0)),
-            (Id::Compare, visual, Groups::Indirect(0)),
-            (Id::Decide, visual, Groups::Count(1)),
         ];
+        if self.has_grains {
+            fields.extend([(Id::FindGrains, visual, by_particle), (Id::GrainOffsets, visual, Groups::Count(1))]);
+        }
+        fields.extend([(Id::Compare, visual, Groups::Indirect(0)), (Id::Decide, visual, Groups::Count(1))]);
         self.run(encoder, &fields, Some(particles), target);
         self.run(encoder, &[(Id::Keep, visual, Groups::Indirect(4))], None, target);
-        self.encode_from_fields(encoder, target);
+        self.encode_from_fields(encoder, Some(particles), target);
     }
 
-    /// Fields -> mesh.
-    fn encode_from_fields(&self, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
+    /// Fields -> mesh; with balls, if there are particles to be shown by them.
+    fn encode_from_fields(&self, encoder: &mut wgpu::CommandEncoder, particles: Option<&wgpu::Buffer>, target: &MeshTarget<'_>) {
         let (visual, by_block, once) = (Level::Visual, Groups::Indirect(8), Groups::Indirect(12));
         let counts = [
             (Id::Label, visual, by_block),
@@ -86,25 +92,29 @@ impl GpuSurface {
             (Id::Offsets, visual, once),
         ];
         self.run(encoder, &counts, None, target);
-        self.run(encoder, &[(Id::Emit, visual, Groups::Indirect(16)), (Id::Tail, visual, once)], None, target);
+        let balls = (self.has_grains && particles.is_some()).then_some((Id::Balls, visual, Groups::Indirect(20)));
+        let mesh = [Some((Id::Emit, visual, Groups::Indirect(16))), balls, Some((Id::Tail, visual, once))];
+        self.run(encoder, &mesh.into_iter().flatten().collect::<Vec<_>>(), particles, target);
     }
 
     /// Records the passes from fields to mesh alone, for fields that [`Self::load_field`](GpuSurface::load_field) put there.
     #[doc(hidden)]
     pub fn encode_mesh(&mut self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
         self.upload(queue, 0, target, true);
-        self.encode_from_fields(encoder, target);
+        self.encode_from_fields(encoder, None, target);
     }
 
     fn upload(&mut self, queue: &wgpu::Queue, count: u32, target: &MeshTarget<'_>, is_forced: bool) {
+        // Particles that are gone may have been grains, which are no part of the fields.
+        let is_forced = is_forced || self.count_before != Some(count);
         for (params, buffer) in self.params.iter_mut().zip(&self.buffers.params) {
             params.particle_count = count;
             (params.vertex_first, params.vertex_capacity) = (target.vertex_first, target.vertex_capacity);
             (params.index_first, params.index_capacity) = (target.index_first, target.index_capacity);
-            params.is_forced = u32::from(is_forced || self.is_new);
+            params.is_forced = u32::from(is_forced);
             queue.write_buffer(buffer, 0, bytemuck::bytes_of(params));
         }
-        self.is_new = false;
+        self.count_before = Some(count);
     }
 
     /// One compute pass of several dispatches; each sees what those before it wrote, and dispatches go by what the pass before left.

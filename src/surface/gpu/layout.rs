@@ -1,5 +1,6 @@
 //! Rust twins of the WGSL structs.
 
+use super::super::balls::Ball;
 use bytemuck::{Pod, Zeroable};
 
 /// Most cuts with fields of their own.
@@ -41,6 +42,9 @@ pub(super) struct Params {
     pub is_forced: u32,
     pub level: u32,
     pub method: u32,
+    pub has_grains: u32,
+    pub cell_width: f32,
+    pub spare: [u32; 2],
 }
 
 /// What the last run of the passes says.
@@ -64,14 +68,22 @@ pub struct SurfaceStatus {
     pub(super) kept_sheets: u32,
     /// Extractions so far.
     pub extraction_count: u32,
-    pub(super) spare: u32,
+    pub(super) found_grains: u32,
     pub(super) sides: [u32; 16],
     pub(super) sheets: [u32; SHEETS_MAX],
+    /// Balls of the last extraction, for particles that the surface does not show; their vertices and indices are the last ones.
+    pub grain_count: u32,
 }
 
 impl SurfaceStatus {
     /// The status in the bytes of [`super::GpuSurface::status_buffer`].
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         bytes.get(..size_of::<Self>()).map(bytemuck::pod_read_unaligned)
+    }
+
+    /// Vertices and indices of the balls, which are the last ones of the mesh.
+    pub fn ball_counts(&self) -> (u32, u32) {
+        let (vertices, triangles) = Ball::for_count(self.grain_count as usize).counts();
+        (self.grain_count * vertices as u32, 3 * self.grain_count * triangles as u32)
     }
 }

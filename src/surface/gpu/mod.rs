@@ -13,7 +13,8 @@
 //! the inside's. Sums are in fixed point and slots are dealt by a prefix sum, so runs repeat bit by bit.
 //!
 //! Vertices are 7 words: place [m], normal, and the number of their edge and variant. Those on the faces of blocks of 8^3 nodes stand in each
-//! block that has them, with the same place, normal and number: so the mesh is closed to the eye and can be merged by number.
+//! block that has them, with the same place, normal and number: so the mesh is closed to the eye and can be merged by number. Behind them come,
+//! if asked for, balls for the particles that the surface does not show, in the order of the particles, with numbers from 2^31 on.
 
 mod buffers;
 mod encode;
@@ -73,7 +74,9 @@ pub struct GpuSurface {
     buffers: Buffers,
     params: [Params; 2],
     room: SurfaceRoom,
-    is_new: bool,
+    has_grains: bool,
+    /// Particles of the last run; none yet.
+    count_before: Option<u32>,
 }
 
 impl GpuSurface {
@@ -88,11 +91,38 @@ impl GpuSurface {
         settings: &SurfaceSettings,
         room: SurfaceRoom,
     ) -> Result<Self, GpuError> {
+        Self::make(kernels, domain, particle_count, settings, room, false)
+    }
+
+    /// [`Self::new`], with a ball behind the mesh for each particle that the surface does not show: what
+    /// [`Extraction::drawn`](super::grains::Extraction::drawn) is on the processor.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn with_grains(
+        kernels: &SurfaceKernels,
+        domain: &Domain,
+        particle_count: u32,
+        settings: &SurfaceSettings,
+        room: SurfaceRoom,
+    ) -> Result<Self, GpuError> {
+        Self::make(kernels, domain, particle_count, settings, room, true)
+    }
+
+    fn make(
+        kernels: &SurfaceKernels,
+        domain: &Domain,
+        particle_count: u32,
+        settings: &SurfaceSettings,
+        room: SurfaceRoom,
+        has_grains: bool,
+    ) -> Result<Self, GpuError> {
         let params = [Level::Cells, Level::Visual].map(|level| params(domain, settings, room, level));
+        let params = params.map(|p| Params { has_grains: u32::from(has_grains), ..p });
         let entries = params.map(|p| p.blocks.iter().product::<i32>().cast_unsigned());
-        let make = || Buffers::new(&kernels.device, particle_count, entries, room);
+        let make = || Buffers::new(&kernels.device, particle_count, entries, room, has_grains);
         let buffers = guarded(&kernels.device, "the surface's buffers", make)??;
-        Ok(Self { kernels: kernels.clone(), buffers, params, room, is_new: true })
+        Ok(Self { kernels: kernels.clone(), buffers, params, room, has_grains, count_before: None })
     }
 
     /// How much there is room for.
@@ -148,5 +178,8 @@ fn params(domain: &Domain, settings: &SurfaceSettings, room: SurfaceRoom, level:
         is_forced: 0,
         level: number,
         method: u32::from(settings.method == CutMethod::Equation9),
+        has_grains: 0,
+        cell_width: domain.cell_width as f32,
+        spare: [0; 2],
     }
 }

@@ -25,6 +25,9 @@ struct Params {
     is_forced: u32, // whether to extract whatever has changed or not
     level: u32, // 0 cell grid, 1 visual grid
     method: u32, // 0 two lips, 1 Equation 9
+    has_grains: u32, // whether particles that the surface does not show are drawn as balls
+    cell_width: f32, // [m]
+    spare: vec2u,
 }
 
 // Counts are of the last run; those marked kept of the last extraction.
@@ -39,9 +42,10 @@ struct Status {
     kept_slots: u32, // kept: blocks and cuts
     kept_sheets: u32,
     extraction_count: u32, // kept
-    spare: u32,
+    found_grains: u32, // particles that the surface does not show
     sides: array<atomic<u32>, 16>, // bit by sheet: clay in front, clay behind
     sheets: array<u32, SHEETS_MAX>, // kept: numbers of the cuts with fields, in order
+    grain_count: u32, // kept: grains that are drawn
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

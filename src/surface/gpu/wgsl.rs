@@ -1,9 +1,12 @@
 //! The passes and their texts: generated constants, the shared parts, the pass itself. Plain WGSL.
 
+use super::super::balls::{Ball, ROUND_MAX};
 use super::super::cells::CROSSING_MIN;
-use super::super::field::{DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
+use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
+use super::super::grains::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
+use super::VERTEX_WORDS;
 use super::layout::{SHEETS_MAX, flag};
 use std::fmt::Write;
 
@@ -28,6 +31,7 @@ const LABELS: &str = include_str!("labels.wgsl");
 const TILE: &str = include_str!("tile.wgsl");
 const WALK: &str = include_str!("walk.wgsl");
 const VERTEX: &str = include_str!("vertex.wgsl");
+const BALL: &str = include_str!("ball.wgsl");
 
 macro_rules! passes {
     ($($id:ident = $name:literal $entry:literal [$($part:ident),*];)*) => {
@@ -59,6 +63,9 @@ passes! {
     Weigh = "weigh" "weigh" [PARTICLES, TABLE, SUMS];
     Scatter = "scatter" "scatter" [PARTICLES, TABLE, SUMS];
     Filter = "filter" "filter_fields" [TABLE];
+    // Grains.
+    FindGrains = "find_grains" "find_grains" [PARTICLES, TABLE];
+    GrainOffsets = "grain_offsets" "grain_offsets" [];
     // Whether anything has changed.
     Compare = "compare" "compare" [];
     Decide = "decide" "decide" [];
@@ -67,8 +74,9 @@ passes! {
     Label = "label" "label" [LABELS];
     Bodies = "bodies" "bodies" [TABLE, LABELS, TILE];
     Count = "count" "count" [TABLE, TILE, WALK];
-    Offsets = "offsets" "offsets" [];
+    Offsets = "offsets" "offsets" [BALL];
     Emit = "emit" "emit" [TABLE, LABELS, TILE, WALK, VERTEX];
+    Balls = "balls" "balls" [PARTICLES, BALL];
     Tail = "tail" "tail" [];
 }
 
@@ -86,6 +94,9 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("SCAN_CHUNK", SCAN_CHUNK),
         ("SHEETS_MAX", SHEETS_MAX as u32),
         ("CUTS_MAX", CUTS_MAX as u32),
+        ("VERTEX_WORDS", VERTEX_WORDS),
+        ("CLUSTER_MIN", CLUSTER_MIN as u32),
+        ("ROUND_MAX", ROUND_MAX as u32),
         ("BLOCKS_FULL", flag::BLOCKS_FULL),
         ("SHEETS_FULL", flag::SHEETS_FULL),
         ("MESH_FULL", flag::MESH_FULL),
@@ -100,6 +111,11 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("SURFACE_DENSITY", SURFACE_DENSITY),
         ("DENSITY_MIN", DENSITY_MIN),
         ("CROSSING_MIN", CROSSING_MIN as f32),
+        ("GRAIN_DENSITY", GRAIN_DENSITY),
+        ("GRAIN_FIELD", GRAIN_FIELD),
+        ("BULK_DENSITY", BULK_DENSITY),
+        ("ICOSAHEDRON_SCALE", Ball::Icosahedron.scale()),
+        ("OCTAHEDRON_SCALE", Ball::Octahedron.scale()),
     ];
     for (name, value) in reals {
         let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
@@ -165,6 +181,20 @@ mod tests {
         assert!(WALK.contains(&format!("array<u32, 12>({list})")), "{list}");
     }
 
+    /// The balls' triangles are those of the processor's.
+    #[test]
+    fn balls_are_those_of_the_processor() {
+        for ball in [Ball::Icosahedron, Ball::Octahedron] {
+            let corners = ball.triangles().into_flattened();
+            let word = |corners: &[u32]| corners.iter().rev().fold(0, |word, corner| word << 4 | corner);
+            let words: Vec<String> = corners.chunks(8).map(|c| format!("{}u", word(c))).collect();
+            let text = format!("array<u32, {}>({})", words.len(), words.join(", "));
+            assert!(Id::Balls.pass().text.contains(&text), "{ball:?}: {text}");
+            let (vertices, triangles) = ball.counts();
+            assert!(BALL.contains(&format!("vec2u({vertices}u, {triangles}u)")));
+        }
+    }
+
     macro_rules! twin {
         ($module:expr, $type:ident, $name:literal, [$($field:ident),* $(,)?]) => {
             let found = $module.types.iter().find(|(_, t)| t.name.as_deref() == Some($name)).expect("the struct");
@@ -206,6 +236,9 @@ mod tests {
                 is_forced,
                 level,
                 method,
+                has_grains,
+                cell_width,
+                spare,
             ]
         );
         twin!(
@@ -223,9 +256,10 @@ mod tests {
                 kept_slots,
                 kept_sheets,
                 extraction_count,
-                spare,
+                found_grains,
                 sides,
                 sheets,
+                grain_count,
             ]
         );
     }

@@ -1,5 +1,5 @@
 // Planes for the cuts with clay on both sides, by number; workgroups of the passes that go by blocks: 0 fields, and of what is left out if
-// nothing has changed 4 fields, 8 blocks, 12 once, 16 blocks if there is room for the mesh.
+// nothing has changed 4 fields, 8 blocks, 12 once, 16 blocks if there is room for the mesh; 20, particles if there are grains, by another pass.
 
 @group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
 @group(0) @binding(18) var<storage, read_write> planes: array<u32>; // sheet -> 1 + its number among those with fields

@@ -6,10 +6,11 @@
 fn decide() {
     if atomicLoad(&status.flags) != 0u { atomicStore(&status.is_changed, 0u); }
     if atomicLoad(&status.is_changed) == 0u {
-        for (var i = 4u; i < 20u; i += 4u) { dispatch[i] = 0u; }
+        for (var i = 4u; i < 24u; i += 4u) { dispatch[i] = 0u; }
         return;
     }
     status.kept_slots = min(status.slot_counts[1], params.slot_capacity);
     status.kept_sheets = status.sheet_count;
+    status.grain_count = status.found_grains;
     status.extraction_count++;
 }

@@ -5,8 +5,6 @@
 @group(0) @binding(13) var<storage, read_write> vertices: array<u32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 
-const VERTEX_WORDS: u32 = 7u; // place [m], normal, number of the edge and variant
-
 var<workgroup> used: array<atomic<u32>, 137>;
 var<workgroup> used_before: array<u32, 137>;
 var<workgroup> cell_first: array<u32, 512>; // triangles of each cell, then of those before it

@@ -1,4 +1,4 @@
-// Where the vertices and triangles of each block begin; room for all, or none.
+// Where the vertices and triangles of each block begin, and how many there are with the balls behind them; room for all, or none.
 
 @group(0) @binding(12) var<storage, read_write> counts: array<vec2u>;
 @group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
@@ -23,10 +23,14 @@ fn offsets(@builtin(local_invocation_index) k: u32) {
         before += own;
     }
     if k == 255u {
+        before += status.grain_count * ball_size(status.grain_count);
         let has_room = before.x <= params.vertex_capacity && 3u * before.y <= params.index_capacity;
         if !has_room {
             atomicOr(&status.flags, MESH_FULL);
             dispatch[16] = 0u;
+            dispatch[20] = 0u;
+            // What is remembered was not drawn: the next run tries again.
+            status.kept_slots = 0xffffffffu;
         }
         status.index_count_before = status.index_count;
         status.vertex_count = before.x;
