@@ -126,6 +126,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("clusters", "", "the particles' volume"),
     exact("surface in motion", "", "moves with the clay"),
     exact("surface in motion", "the same clay twice", "the same bits"),
+    exact("clay at rest", "", "nothing moves"),
     exact("surface on the device", "", "the processor's mesh of the same fields"),
     exact("files", "", "the displayed mesh"),
     exact("files", "file to clay to file", "the mesh of the file"),

@@ -41,8 +41,8 @@ pub struct ClaySurface {
 
 impl ClaySurface {
     /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone and has balls for the grains
-    /// behind it. None where the graphics device makes
-    /// what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
+    /// behind it. None where the graphics device makes what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and
+    /// [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
     pub fn mesh(&self) -> Option<&Arc<Surface>> {
         self.mesh.as_ref()
     }

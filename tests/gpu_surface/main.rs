@@ -215,6 +215,20 @@ fn odd_particles_are_left_out(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Particles that have burst to a thousand cells leave no cavity where their sums would end.
+fn burst_particles_are_shown(device: &Device) -> Result<(), Failed> {
+    let mut source = ball(3.0, 0.25, 3);
+    let mut particles = source.particles.to_vec();
+    let centre = particles.iter().map(|p| Vec3::from_array(p.position)).sum::<Vec3>() / particles.len() as f32;
+    let away = |p: &SurfaceParticle| Vec3::from_array(p.position).distance(centre);
+    particles.sort_by(|a, b| away(a).total_cmp(&away(b)));
+    particles.iter_mut().take(8).for_each(|p| p.volume_ratio = 8000.0);
+    source.particles = particles.into();
+    let check = MeshCheck::of(&device.extract(&source, &SurfaceSettings::default()).merged());
+    assert!(check.is_closed_manifold() && check.components == 1 && check.euler == 2, "{check:?}");
+    Ok(())
+}
+
 /// From the engine's own buffer, as loaded and after a frame: what comes by way of the processor.
 fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
     let domain = domain(12.0);
@@ -342,7 +356,7 @@ fn many_grains_are_octahedra(device: &Device) -> Result<(), Failed> {
 fn main() {
     let arguments = Arguments::from_args();
     type Test = fn(&Device) -> Result<(), Failed>;
-    let tests: [(&str, Test); 11] = [
+    let tests: [(&str, Test); 12] = [
         ("random_fields_agree", random_fields_agree),
         ("clay_agrees", clay_agrees),
         ("normals_agree", normals_agree),
@@ -350,6 +364,7 @@ fn main() {
         ("another_surface_leaves_nothing_of_the_first", another_surface_leaves_nothing_of_the_first),
         ("want_of_room_is_told", want_of_room_is_told),
         ("odd_particles_are_left_out", odd_particles_are_left_out),
+        ("burst_particles_are_shown", burst_particles_are_shown),
         ("engine_particles_are_taken_in_place", engine_particles_are_taken_in_place),
         ("grains_agree", grains_agree),
         ("grains_rest_and_move_with_the_clay", grains_rest_and_move_with_the_clay),

@@ -2,7 +2,7 @@
 
 use super::{Drawn, Job, JobSource};
 use crate::sim::engine::SurfaceParticle;
-use crate::sim::gpu::GpuError;
+use crate::sim::gpu::{GpuError, guarded};
 use crate::surface::field::SurfaceSettings;
 use crate::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceRoom, flag};
 use bevy::platform::collections::HashMap;
@@ -161,11 +161,13 @@ fn particles(
         return Ok(None);
     }
     fit(drawn, entity, made, count)?;
-    Ok(made.get_mut(&entity).map(|made| {
+    let Some(made) = made.get_mut(&entity) else { return Ok(None) };
+    let upload = || {
         let buffer = made.upload.take().map_or_else(|| upload_buffer(drawn, count), |upload| upload.0);
         queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&source.particles));
         made.upload.insert((buffer, state)).0.clone()
-    }))
+    };
+    guarded(drawn.device.wgpu(), "the surface's particles", upload).map(Some).map_err(|e| e.to_string())
 }
 
 /// Makes a surface for `count` particles in `made`, if there is none that fits, or if the last status asks for more room.
