@@ -7,6 +7,8 @@
 mod clusters;
 mod scenes;
 mod stage;
+#[path = "../studio/mod.rs"]
+mod studio;
 
 use bevy::math::Vec3;
 use bevy_clay::prelude::*;

@@ -1,21 +1,14 @@
 //! A small studio: what stands in it is lit, throws shadows, and is seen by one camera or two.
 
-use bevy::app::ScheduleRunnerPlugin;
-use bevy::asset::RenderAssetUsages;
+use crate::studio;
 use bevy::camera::{RenderTarget, Viewport};
 use bevy::light::CascadeShadowConfigBuilder;
-use bevy::log::LogPlugin;
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Size of the part of a picture that a camera fills [pixels].
 const VIEW: UVec2 = UVec2::new(900, 720);
@@ -62,30 +55,14 @@ impl Subject {
 /// # Errors
 /// No graphics adapter; a surface that does not come; a picture that could not be written.
 pub(crate) fn draw(shots: Vec<Shot>, folder: &Path) -> Result<Vec<PathBuf>, String> {
-    if GpuMode::from_env()? == GpuMode::Off {
-        return Err("CLAY_GPU=off, and pictures need a graphics adapter".into());
-    }
-    GpuDevice::headless().map_err(|e| e.to_string())?;
     let files: Vec<PathBuf> = shots.iter().map(|shot| folder.join(format!("{}.png", shot.name))).collect();
-    // A picture of an earlier run must not pass for one of this.
-    for file in files.iter().filter(|f| f.exists()) {
-        std::fs::remove_file(file).map_err(|e| format!("{}: {e}", file.display()))?;
-    }
     let show = Show { shots, files: files.clone(), index: 0, frame: 0, same: (0, 0), is_taken: false };
-    let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
-    let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
-    let log = LogPlugin { filter: "error,bevy_clay=warn".into(), ..default() };
-    let plugins = DefaultPlugins.set(window).set(render).set(log).disable::<WinitPlugin>();
-    App::new()
-        .add_plugins((plugins, ClayPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)))
-        .insert_resource(show)
-        .add_systems(Startup, light)
-        .add_systems(Update, step.after(ClaySystems::Show))
-        .run();
-    match files.iter().find(|f| !f.exists()) {
-        Some(missing) => Err(format!("{} was not written", missing.display())),
-        None => Ok(files),
-    }
+    studio::take(files, |app| {
+        app.add_plugins(ClayPlugins)
+            .insert_resource(show)
+            .add_systems(Startup, light)
+            .add_systems(Update, step.after(ClaySystems::Show));
+    })
 }
 
 /// The pictures, and which of them is being taken.
@@ -169,8 +146,7 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mu
             place.insert((Clay::new((**snapshot).clone()), settings));
         }
         Subject::Mesh(surface) => {
-            let material = StandardMaterial { base_color: Color::srgb(0.72, 0.45, 0.32), perceptual_roughness: 0.8, ..default() };
-            place.insert((Mesh3d(meshes.add(mesh(surface))), MeshMaterial3d(materials.add(material))));
+            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(materials.add(studio::clay()))));
         }
     }
     let floor = meshes.add(Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius));
@@ -194,11 +170,4 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mu
             AmbientLight { brightness: 300.0, ..default() },
         ));
     }
-}
-
-fn mesh(surface: &Surface) -> Mesh {
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
-        .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
 }

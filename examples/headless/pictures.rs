@@ -1,22 +1,19 @@
 //! Pictures of a run, drawn after it without a window: the clay with its tools, lit, with shadows.
 #![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
-use bevy::app::ScheduleRunnerPlugin;
+#[path = "../studio/mod.rs"]
+mod studio;
+
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
 use bevy::light::CascadeShadowConfigBuilder;
-use bevy::log::LogPlugin;
-use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::mesh::PrimitiveTopology;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 720;
@@ -44,30 +41,11 @@ pub(crate) fn draw(moments: Vec<Moment>, folder: &Path) -> Result<Vec<PathBuf>, 
     if moments.is_empty() {
         return Ok(vec![]);
     }
-    if GpuMode::from_env()? == GpuMode::Off {
-        return Err("CLAY_GPU=off".into());
-    }
-    GpuDevice::headless().map_err(|e| e.to_string())?;
     let files: Vec<PathBuf> = moments.iter().map(|m| folder.join(format!("frame_{:04}.png", m.frame))).collect();
-    // A picture of an earlier run must not pass for one of this.
-    for file in files.iter().filter(|f| f.exists()) {
-        std::fs::remove_file(file).map_err(|e| format!("{}: {e}", file.display()))?;
-    }
     let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false };
-    let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
-    let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
-    let log = LogPlugin { filter: "error".into(), ..default() };
-    let plugins = DefaultPlugins.set(window).set(render).set(log).disable::<WinitPlugin>();
-    App::new()
-        .add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)))
-        .insert_resource(show)
-        .add_systems(Startup, spawn)
-        .add_systems(Update, step)
-        .run();
-    match files.iter().find(|f| !f.exists()) {
-        Some(missing) => Err(format!("{} was not written", missing.display())),
-        None => Ok(files),
-    }
+    studio::take(files, |app| {
+        app.insert_resource(show).add_systems(Startup, spawn).add_systems(Update, step);
+    })
 }
 
 /// The moments, and which of them is drawn.
@@ -143,9 +121,8 @@ fn step(
     };
     if show.frame == 0 {
         passing.iter().for_each(|entity| commands.entity(entity).despawn());
-        let clay =
-            colours.add(StandardMaterial { base_color: Color::srgb(0.72, 0.45, 0.32), perceptual_roughness: 0.8, ..default() });
-        commands.spawn((Passing, Mesh3d(meshes.add(mesh(&moment.surface))), MeshMaterial3d(clay)));
+        let clay = colours.add(studio::clay());
+        commands.spawn((Passing, Mesh3d(meshes.add(studio::mesh(&moment.surface))), MeshMaterial3d(clay)));
         let steel = StandardMaterial { base_color: Color::srgb(0.35, 0.45, 0.6), perceptual_roughness: 0.4, ..default() };
         let steel = colours.add(StandardMaterial { cull_mode: None, double_sided: true, ..steel });
         for (shape, pose) in &moment.tools {
@@ -162,13 +139,6 @@ fn step(
         show.is_taken = true;
     }
     show.frame += 1;
-}
-
-fn mesh(surface: &Surface) -> Mesh {
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
-        .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
 }
 
 fn tool(shape: &ToolShape) -> Mesh {
