@@ -250,14 +250,29 @@ impl Run<'_> {
         self.readback.encode(&mut encoder, &self.surface);
         gpu.queue.submit([encoder.finish()]);
         self.readback.submitted();
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
-        let status = self.readback.take().expect("a status");
+        let status = self.await_status();
         assert_eq!((self.readback.take(), self.device.status(&self.surface)), (None, status));
         let vertices = self.device.read(&self.vertices).split_off((VERTEX_WORDS * FIRST.0) as usize);
         let indices = self.device.read(&self.indices).split_off(FIRST.1 as usize);
         output(status, vertices, indices)
     }
+
+    /// The status that is on its way. Whoever polls a device calls back for all who wait, and may not be done with it when others' polls return.
+    fn await_status(&mut self) -> SurfaceStatus {
+        let start = Instant::now();
+        loop {
+            self.device.gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+            if let Some(status) = self.readback.take() {
+                return status;
+            }
+            assert!(start.elapsed() < ANSWER_MAX, "no status");
+            std::thread::yield_now();
+        }
+    }
 }
+
+/// What an answer may take: minutes on a machine that has much else to do are no failure.
+const ANSWER_MAX: Duration = Duration::from_secs(300);
 
 fn target<'a>(vertices: &'a wgpu::Buffer, indices: &'a wgpu::Buffer, capacity: (u32, u32)) -> MeshTarget<'a> {
     let ((vertex_first, index_first), (vertex_capacity, index_capacity)) = (FIRST, capacity);
