@@ -124,7 +124,7 @@ impl Drawn {
 
     /// Triangles shown, as far as is known.
     pub(super) fn triangle_count(&self) -> usize {
-        self.told().status.map_or(0, |status| status.index_count as usize / 3)
+        self.told().status.map_or(0, |status| status.triangle_count as usize)
     }
 }
 

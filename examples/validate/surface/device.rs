@@ -32,22 +32,30 @@ pub(crate) struct Output {
 }
 
 impl Output {
+    /// Whether the same is drawn, bit by bit.
+    pub(crate) fn draws_as(&self, other: &Self) -> bool {
+        let all = |o: &Self| (o.mesh.clone(), o.normals.clone(), o.numbers.clone(), o.grains.clone());
+        all(self) == all(other)
+    }
+
     /// The mesh with the vertices of each number made one.
     pub(crate) fn merged(&self) -> Mesh {
         let mut index = HashMap::new();
         let mut out = Mesh::default();
+        let mut first = vec![];
         let merged: Vec<u32> = self
             .numbers
             .iter()
-            .zip(&self.mesh.positions)
-            .map(|(number, position)| {
+            .enumerate()
+            .map(|(v, number)| {
                 let next = out.positions.len() as u32;
                 let at = *index.entry(*number).or_insert(next);
                 if at == next {
-                    out.positions.push(*position);
+                    out.positions.push(self.mesh.positions[v]);
+                    first.push(v);
                 } else {
-                    let bits = |p: &[f32; 3]| p.map(f32::to_bits);
-                    assert_eq!(bits(&out.positions[at as usize]), bits(position), "places of one vertex");
+                    let bits = |v: usize| (self.mesh.positions[v].map(f32::to_bits), self.normals[v].map(f32::to_bits));
+                    assert_eq!(bits(first[at as usize]), bits(v), "place and normal of one vertex");
                 }
                 at
             })
@@ -157,8 +165,7 @@ impl Device {
     pub(crate) fn extract(&self, source: &SurfaceSource, settings: &SurfaceSettings) -> Output {
         let mut run = self.run(source, settings, SurfaceRoom::for_particles(source.particles.len()));
         let mut output = run.frame(source, false);
-        let [blocks, values] = run.surface.field_buffers().map(|b| self.read(b));
-        output.field = Some(run.surface.field_of(&output.status, &blocks, bytemuck::cast_slice(&values)));
+        output.field = Some(run.field(&output.status, run.surface.field_buffers()));
         output
     }
 
@@ -211,24 +218,39 @@ impl Run<'_> {
         self.surface = self.device.surface(&source.domain, source.particles.len() as u32, settings);
     }
 
-    /// Time of one of `count` forced runs, one after the other.
-    pub(crate) fn time(&mut self, source: &SurfaceSource, count: u32) -> Duration {
+    /// Time of one of `count` runs, one after the other, on each of the sources in turn, which are as large as the first.
+    pub(crate) fn time(&mut self, sources: &[&SurfaceSource], count: usize, is_forced: bool) -> Duration {
         let gpu = &self.device.gpu;
-        let particles = self.device.buffer(24 * source.particles.len() as u64);
-        gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
-        let mut submit = || {
+        let upload = |source: &&SurfaceSource| {
+            let particles = self.device.buffer(24 * source.particles.len() as u64);
+            gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
+            particles
+        };
+        let particles: Vec<wgpu::Buffer> = sources.iter().map(upload).collect();
+        let mut submit = |k: usize| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let target = target(&self.vertices, &self.indices, self.capacity);
-            self.surface.encode(&gpu.queue, &mut encoder, (&particles, source.particles.len() as u32), &target, true);
+            let particles = (&particles[k % particles.len()], sources[0].particles.len() as u32);
+            self.surface.encode(&gpu.queue, &mut encoder, particles, &target, is_forced);
             gpu.queue.submit([encoder.finish()]);
         };
         let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
-        submit();
+        submit(0);
         wait();
         let start = Instant::now();
-        (0..count).for_each(|_| submit());
+        (1..=count).for_each(&mut submit);
         wait();
-        start.elapsed() / count
+        start.elapsed() / count as u32
+    }
+
+    /// The fields that the mesh is made of: of each block those of its last extraction.
+    pub(crate) fn kept_field(&self, status: &SurfaceStatus) -> Field {
+        self.field(status, self.surface.kept_field_buffers())
+    }
+
+    fn field(&self, status: &SurfaceStatus, buffers: [&wgpu::Buffer; 2]) -> Field {
+        let [blocks, values] = buffers.map(|b| self.device.read(b));
+        self.surface.field_of(status, &blocks, bytemuck::cast_slice(&values))
     }
 
     /// Runs the passes once.
@@ -284,10 +306,20 @@ fn output(status: SurfaceStatus, vertices: Vec<u32>, indices: Vec<u32>) -> Outpu
     let is_whole = status.flags == 0;
     let vertex_count = if is_whole { (status.vertex_count - balls.0) as usize } else { 0 };
     let index_count = if is_whole { (status.index_count - balls.1) as usize } else { 0 };
-    let used = vertices.chunks(VERTEX_WORDS as usize).take(vertex_count);
     let three = |v: &[u32]| [v[0], v[1], v[2]].map(f32::from_bits);
-    let triangles = indices[..index_count].chunks(3).map(|t| [t[0], t[1], t[2]]).collect();
-    let mesh = Mesh::new(used.clone().map(three).collect(), triangles);
+    // Without what stands between the regions of blocks.
+    let triangles = || indices[..index_count].chunks(3).filter(|t| **t != [0; 3]);
+    let mut is_used = vec![false; vertex_count];
+    triangles().flatten().for_each(|&v| is_used[v as usize] = true);
+    let used = (0..vertex_count).filter(|&v| is_used[v]).map(|v| &vertices[v * VERTEX_WORDS as usize..][..VERTEX_WORDS as usize]);
+    let mut places = Vec::with_capacity(vertex_count);
+    let mut next = 0;
+    is_used.iter().for_each(|is_used| {
+        places.push(next);
+        next += u32::from(*is_used);
+    });
+    let place = |v: u32| places[v as usize];
+    let mesh = Mesh::new(used.clone().map(three).collect(), triangles().map(|t| [t[0], t[1], t[2]].map(place)).collect());
     let normals = used.clone().map(|v| three(&v[3..])).collect();
     let numbers = used.map(|v| v[6]).collect();
     let grains = if is_whole { grains(&status, &vertices, &indices) } else { vec![] };

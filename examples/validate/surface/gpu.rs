@@ -4,6 +4,7 @@ use super::clay::{CELL, CutCube, Random, affine, ball, domain, scattered, with_d
 use super::device::{Device, difference, grain_difference};
 use crate::lab::{Size, is_gpu};
 use crate::report::Row;
+use bevy_clay::sim::engine::SurfaceSource;
 use bevy_clay::sim::gpu::GpuDevice;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
@@ -23,19 +24,39 @@ pub(crate) fn on_device(size: Size) -> Vec<Row> {
         Row::at_most("on the device: cut cubes whose mesh differs", cubes(&device, size), "count", 0.0),
     ];
     rows.push(Row::at_most("on the device: scattered clay whose grains differ", grains(&device, size), "count", 0.0));
+    rows.extend(dent(&device, size));
     if !device.is_software() {
         let source = ball(14.63, 0.25, 3);
         let settings = SurfaceSettings::default();
         let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
-        let time = run.time(&source, 100).as_secs_f64() * 1e3;
+        let time = run.time(&[&source], 100, true).as_secs_f64() * 1e3;
         rows.push(Row::at_most("on the device: 104,900 particles, fine grid: time", time, "ms", 1.0));
-        let looking = device.run_with_grains(&source, &settings).time(&source, 100).as_secs_f64() * 1e3;
+        let looking = device.run_with_grains(&source, &settings).time(&[&source], 100, true).as_secs_f64() * 1e3;
         rows.push(Row::at_most("on the device: the same, looking for grains: time", looking, "ms", 1.0));
         let dusty = with_dust(&source, 10_000);
-        let dusty_time = device.run_with_grains(&dusty, &settings).time(&dusty, 100).as_secs_f64() * 1e3;
+        let dusty_time = device.run_with_grains(&dusty, &settings).time(&[&dusty], 100, true).as_secs_f64() * 1e3;
         rows.push(Row::at_most("on the device: 10,000 more, each alone, with balls: time", dusty_time, "ms", 2.0));
     }
     rows
+}
+
+/// A ball whose top is pushed in by a fifth of a cell and springs back, frame by frame, against all of it anew.
+fn dent(device: &Device, size: Size) -> [Row; 2] {
+    let source = ball(size.pick(6.0, 10.0, 14.63), 0.25, 3);
+    let top = source.particles.iter().map(|p| p.position[1]).fold(0.0, f32::max);
+    let mut particles = source.particles.to_vec();
+    particles.iter_mut().filter(|p| p.position[1] > top - 0.5).for_each(|p| p.position[1] -= 0.2);
+    let dented = SurfaceSource { domain: source.domain, particles: particles.into() };
+    let settings = SurfaceSettings::default();
+    let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
+    let all = run.frame(&source, true).status.block_count;
+    let blocks = f64::from(run.frame(&dented, false).status.block_count) / f64::from(all);
+    let time = run.time(&[&source], 10, true).as_secs_f64();
+    let share = run.time(&[&source, &dented], 10, false).as_secs_f64() / time;
+    [
+        Row::figure("on the device: a dent: blocks extracted", blocks, "of all"),
+        Row::figure("on the device: a dent: time, fields included", share, "of that for all"),
+    ]
 }
 
 /// Clay scattered about a cube: the grains, one by one.

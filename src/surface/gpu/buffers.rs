@@ -1,6 +1,6 @@
 //! Buffers of one clay's surface, by what they hold, and what is bound where.
 
-use super::layout::{Params, SurfaceStatus};
+use super::layout::{Params, REGION_BYTES, SurfaceStatus, WORK_BYTES};
 use super::wgsl::{SCAN_CHUNK, case_words};
 use crate::sim::gpu::{GpuError, check};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -59,10 +59,13 @@ pub(super) struct Buffers {
     pub dispatch: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
     weights: wgpu::Buffer,
-    kept: wgpu::Buffer,
-    kept_blocks: wgpu::Buffer,
+    pub kept: wgpu::Buffer,
+    pub kept_blocks: wgpu::Buffer,
     cells: wgpu::Buffer,
-    counts: wgpu::Buffer,
+    pub regions: wgpu::Buffer,
+    pub work: wgpu::Buffer,
+    pub changes: wgpu::Buffer,
+    free: [wgpu::Buffer; 2],
     chunks: [wgpu::Buffer; 2],
     planes: wgpu::Buffer,
     cases: wgpu::Buffer,
@@ -108,21 +111,30 @@ impl Buffers {
         let storage = |name: &str, bytes: u64| make(name, bytes, usage);
         let words = |count: u32| 4 * u64::from(count);
         let for_grains = |name: &str, bytes: u64| storage(name, if has_grains { bytes } else { 0 });
+        // No slot has a block.
+        let empty = |name: &str, slots: u32| {
+            let (label, contents) = (format!("clay surface:{name}"), vec![u8::MAX; words(slots.max(1)) as usize]);
+            device.create_buffer_init(&BufferInitDescriptor { label: Some(&label), contents: &contents, usage })
+        };
+        let slots = [room.cell_blocks, room.blocks];
         let uniform = || make("params", size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
         Ok(Self {
             params: [uniform(), uniform()],
             status: storage("status", size_of::<SurfaceStatus>() as u64),
             tables: entries.map(|n| storage("table", words(n))),
-            blocks: [room.cell_blocks, room.blocks].map(|n| storage("blocks", words(n))),
+            blocks: slots.map(|n| empty("blocks", n)),
             sums: [storage("densities", u64::from(room.cell_blocks) * BLOCK_BYTES), storage("sums", field_bytes)],
             fields: storage("fields", field_bytes),
             kept: storage("kept fields", field_bytes),
-            kept_blocks: storage("kept blocks", words(room.blocks)),
+            kept_blocks: empty("kept blocks", room.blocks),
             dispatch: storage("dispatch", 96),
             arguments: make("arguments", 96, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
             weights: storage("weights", words(particles)),
             cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
-            counts: storage("counts", 2 * words(room.blocks)),
+            regions: storage("regions", REGION_BYTES * u64::from(room.blocks)),
+            work: storage("work", WORK_BYTES * u64::from(room.blocks)),
+            changes: storage("changes", words(entries[1])),
+            free: slots.map(|n| storage("free slots", words(n))),
             chunks: entries.map(|n| storage("chunk sums", words(n.div_ceil(SCAN_CHUNK)))),
             planes: storage("planes", 4 * 256),
             occupancy: for_grains("occupancy", u64::from(room.cell_blocks) * BLOCK_BYTES),
@@ -145,13 +157,14 @@ impl Buffers {
             1 => &self.status,
             3 => &self.tables[level],
             4 => &self.blocks[level],
+            5 => &self.free[level],
             6 => &self.weights,
             7 => &self.sums[level],
             8 => &self.fields,
             9 => &self.cells,
             10 => &self.kept,
             11 => &self.kept_blocks,
-            12 => &self.counts,
+            12 => &self.regions,
             15 => &self.cases,
             16 => &self.chunks[level],
             17 => &self.dispatch,
@@ -160,6 +173,8 @@ impl Buffers {
             20 => &self.kept_grains,
             21 => &self.grain_counts,
             22 => &self.occupancy,
+            23 => &self.work,
+            24 => &self.changes,
             _ => return None,
         })
     }

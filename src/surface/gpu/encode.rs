@@ -2,7 +2,9 @@
 
 use super::GpuSurface;
 use super::buffers::Level;
+use super::layout::SurfaceStatus;
 use super::wgsl::{Id, SCAN_CHUNK};
+use std::mem::offset_of;
 
 /// Where the mesh goes: parts of buffers with usage `STORAGE`.
 #[derive(Clone, Copy, Debug)]
@@ -43,15 +45,18 @@ impl GpuSurface {
         is_forced: bool,
     ) {
         self.upload(queue, count, target, is_forced);
-        encoder.clear_buffer(&self.buffers.status, 0, Some(20));
-        encoder.clear_buffer(&self.buffers.status, 48, Some(64));
+        let status = |from: usize, to: usize| (from as u64, Some((to - from) as u64));
+        for (from, size) in [
+            status(0, offset_of!(SurfaceStatus, vertex_count)),
+            status(offset_of!(SurfaceStatus, sides), offset_of!(SurfaceStatus, sheets)),
+        ] {
+            encoder.clear_buffer(&self.buffers.status, from, size);
+        }
+        encoder.clear_buffer(&self.buffers.changes, 0, None);
         if self.has_grains {
             encoder.clear_buffer(&self.buffers.occupancy, 0, None);
         }
-        for level in [0, 1] {
-            encoder.clear_buffer(&self.buffers.tables[level], 0, None);
-            encoder.clear_buffer(&self.buffers.sums[level], 0, None);
-        }
+        self.buffers.sums.iter().for_each(|sums| encoder.clear_buffer(sums, 0, None));
         let by_particle = Groups::Count(count.div_ceil(64));
         let (cells, visual) = (Level::Cells, Level::Visual);
         let mut passes = vec![];
@@ -78,7 +83,7 @@ impl GpuSurface {
         }
         fields.extend([(Id::Compare, visual, Groups::Indirect(0)), (Id::Decide, visual, Groups::Count(1))]);
         self.run(encoder, &fields, Some(particles), target);
-        self.run(encoder, &[(Id::Keep, visual, Groups::Indirect(4))], None, target);
+        self.run(encoder, &[(Id::Collect, visual, Groups::Indirect(4))], None, target);
         self.encode_from_fields(encoder, Some(particles), target);
     }
 

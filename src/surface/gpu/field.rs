@@ -30,12 +30,17 @@ impl GpuSurface {
             }
         }
         let count = slots as u32;
-        let mut status =
-            SurfaceStatus { sheet_count: field.sheets.len() as u32, slot_counts: [0, count], ..SurfaceStatus::zeroed() };
+        let sheet_count = field.sheets.len() as u32;
+        let (slot_counts, kept_slots, is_all) = ([0, count], count, 1);
+        let mut status = SurfaceStatus { sheet_count, slot_counts, kept_slots, is_all, ..SurfaceStatus::zeroed() };
         field.sheets.iter().zip(&mut status.sheets).for_each(|(s, number)| *number = u32::from(s.sheet));
-        let dispatch = [count, 1, 1, 0, count, 1, 1, 0, count, 1, 1, 0, 1, 1, 1, 0, count, 1, 1, 0];
+        let dispatch = [0, 1, 1, 0, 0, 1, 1, 0, count, 1, 1, 0, 1, 1, 1, 0, count, 1, 1, 0];
+        let work: Vec<[u32; 3]> = entries.iter().zip(0..).map(|(entry, slot)| [slot, *entry, 2]).collect();
+        let regions = vec![0u8; self.buffers.regions.size() as usize];
         queue.write_buffer(&self.buffers.tables[1], 0, bytemuck::cast_slice(&table));
         queue.write_buffer(&self.buffers.blocks[1], 0, bytemuck::cast_slice(&entries));
+        queue.write_buffer(&self.buffers.work, 0, bytemuck::cast_slice(&work));
+        queue.write_buffer(&self.buffers.regions, 0, &regions);
         queue.write_buffer(&self.buffers.fields, 0, bytemuck::cast_slice(&values));
         queue.write_buffer(&self.buffers.status, 0, bytemuck::bytes_of(&status));
         queue.write_buffer(&self.buffers.dispatch, 0, bytemuck::cast_slice(&dispatch));
@@ -44,26 +49,34 @@ impl GpuSurface {
         }
     }
 
-    /// The buffers that [`Self::field_of`] reads: blocks, fields.
+    /// The buffers that [`Self::field_of`] reads, of the last run: blocks, fields.
     #[doc(hidden)]
     pub fn field_buffers(&self) -> [&wgpu::Buffer; 2] {
         [&self.buffers.blocks[1], &self.buffers.fields]
     }
 
-    /// The fields of the last run, from the status and the bytes of the buffers.
+    /// [`Self::field_buffers`] of the mesh: each block's values are those of its last extraction.
+    #[doc(hidden)]
+    pub fn kept_field_buffers(&self) -> [&wgpu::Buffer; 2] {
+        [&self.buffers.kept_blocks, &self.buffers.kept]
+    }
+
+    /// Fields, from the status and the words of the buffers.
     #[doc(hidden)]
     pub fn field_of(&self, status: &SurfaceStatus, blocks: &[u32], values: &[f32]) -> Field {
         let extent = IVec3::from_array(self.params[1].blocks);
-        let slots = status.slot_counts[1] as usize;
-        let stored: std::collections::HashSet<u32> = blocks[..slots].iter().copied().collect();
-        let grid = BlockGrid::new(IVec3::splat(-1), extent, |entry| stored.contains(&(entry as u32)));
+        // By entry, as the grid has them.
+        let mut stored: Vec<(u32, usize)> = blocks.iter().copied().zip(0..).filter(|(entry, _)| *entry != u32::MAX).collect();
+        stored.sort_unstable();
+        let is_stored = |entry: usize| stored.binary_search_by_key(&(entry as u32), |block| block.0).is_ok();
+        let grid = BlockGrid::new(IVec3::splat(-1), extent, is_stored);
         let planes = 1 + 2 * self.room.sheets as usize;
         let plane = |plane: usize| {
             NodeValues::new(
-                slots,
+                stored.len(),
                 |_| true,
-                |slot, out| {
-                    out.copy_from_slice(&values[(slot * planes + plane) * BLOCK_NODES..][..BLOCK_NODES]);
+                |block, out| {
+                    out.copy_from_slice(&values[(stored[block].1 * planes + plane) * BLOCK_NODES..][..BLOCK_NODES]);
                 },
             )
         };

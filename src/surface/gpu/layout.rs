@@ -47,6 +47,11 @@ pub(super) struct Params {
     pub spare: [u32; 2],
 }
 
+/// A block's part of the mesh.
+pub(super) const REGION_BYTES: u64 = 32;
+/// A block to be extracted.
+pub(super) const WORK_BYTES: u64 = 12;
+
 /// What the last run of the passes says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -59,9 +64,9 @@ pub struct SurfaceStatus {
     pub sheet_count: u32,
     /// 1 if anything was extracted.
     pub is_changed: u32,
-    /// Vertices of the last extraction, or needed.
+    /// Vertices of the last extraction, or needed, with those between the regions of blocks.
     pub vertex_count: u32,
-    /// Indices of the last extraction, or needed.
+    /// Indices of the last extraction, or needed, with those of triangles without size.
     pub index_count: u32,
     pub(super) index_count_before: u32,
     pub(super) kept_slots: u32,
@@ -73,6 +78,16 @@ pub struct SurfaceStatus {
     pub(super) sheets: [u32; SHEETS_MAX],
     /// Balls of the last extraction, for particles that the surface does not show; their vertices and indices are the last ones.
     pub grain_count: u32,
+    pub(super) slot_limits: [u32; 2],
+    pub(super) free_counts: [u32; 2],
+    pub(super) slot_span: u32,
+    pub(super) is_all: u32,
+    pub(super) is_stale: u32,
+    pub(super) mesh_end: [u32; 2],
+    /// Triangles of the last extraction, with a size.
+    pub triangle_count: u32,
+    /// Blocks that the last extraction went through: those with other values, and those beside them.
+    pub block_count: u32,
 }
 
 impl SurfaceStatus {

@@ -33,20 +33,47 @@ struct Params {
 // Counts are of the last run; those marked kept of the last extraction.
 struct Status {
     flags: atomic<u32>,
-    slot_counts: array<u32, 2>, // blocks in use, by level
+    slot_counts: array<u32, 2>, // blocks in use, or needed, by level
     sheet_count: u32, // cuts with clay on both sides
-    is_changed: atomic<u32>, // whether any value has changed by more than HYSTERESIS since the last extraction
-    vertex_count: u32, // kept
-    index_count: u32, // kept
+    is_changed: atomic<u32>, // whether any value has changed by more than HYSTERESIS since it was last extracted
+    vertex_count: u32, // kept: up to the last one
+    index_count: u32, // kept: up to the last one
     index_count_before: u32, // kept, of the extraction before
-    kept_slots: u32, // kept: blocks and cuts
+    kept_slots: u32, // kept: slots up to the last one in use, and cuts
     kept_sheets: u32,
     extraction_count: u32, // kept
     found_grains: u32, // particles that the surface does not show
     sides: array<atomic<u32>, 16>, // bit by sheet: clay in front, clay behind
     sheets: array<u32, SHEETS_MAX>, // kept: numbers of the cuts with fields, in order
     grain_count: u32, // kept: grains that are drawn
+    slot_limits: array<u32, 2>, // slots up to the last one in use, by level
+    free_counts: array<u32, 2>, // slots for new blocks, by level
+    slot_span: u32, // visual slots in use now or at the last extraction
+    is_all: u32, // whether every block is extracted
+    is_stale: u32, // kept: whether the mesh is not the last run's, which found no room
+    mesh_end: vec2u, // kept: vertices and triangles up to the end of the blocks' regions
+    triangle_count: u32, // kept: with a size
+    block_count: u32, // kept: blocks extracted
 }
+
+// A block's part of the mesh, by slot; kept.
+struct Region {
+    first: vec2u, // vertex and triangle
+    room: vec2u, // vertices and triangles
+    count: vec2u, // of them in use
+    left: vec2u, // first and number of triangles where it was before, which are to be emptied
+}
+
+// A block to be extracted; whether it had zeros before, and whether it takes this run's values.
+struct Work { slot: u32, entry: u32, values: u32 }
+
+const NEW: u32 = 1u;
+const TAKEN: u32 = 2u;
+// Change of a value that is taken over, where some value of the block has changed by more than HYSTERESIS.
+const CHANGE_MIN: f32 = HYSTERESIS / 100.0;
+
+const NONE: u32 = 0xffffffffu; // no block, no slot
+const MARK: u32 = 0x80000000u; // in a block's entry while slots are dealt: some clay reaches it
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read_write> status: Status;

@@ -1,6 +1,6 @@
 // A block and its neighbours: what stands at nodes from -1 to 9 from its first node. One workgroup a block.
 
-@group(0) @binding(4) var<storage, read> blocks: array<u32>;
+@group(0) @binding(23) var<storage, read> work: array<Work>;
 @group(0) @binding(9) var<storage, read_write> cells: array<u32>; // by slot: 512 labels, own values, bodies
 
 var<workgroup> near: array<u32, 27>; // slots + 1

@@ -3,7 +3,7 @@
 fn field_at(node: vec3i, plane: u32) -> f32 {
     let slot = slot_near(node);
     if slot == 0u { return 0.0; }
-    return fields[((slot - 1u) * planes_stored() + plane) * 512u + local_index(node)];
+    return kept[((slot - 1u) * planes_stored() + plane) * 512u + local_index(node)];
 }
 
 fn own_at(node: vec3i) -> f32 {

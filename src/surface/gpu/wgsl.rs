@@ -69,7 +69,7 @@ passes! {
     // Whether anything has changed.
     Compare = "compare" "compare" [];
     Decide = "decide" "decide" [];
-    Keep = "keep" "keep" [];
+    Collect = "collect" "collect" [];
     // Mesh.
     Label = "label" "label" [LABELS];
     Bodies = "bodies" "bodies" [TABLE, LABELS, TILE];
@@ -140,7 +140,7 @@ pub(super) fn case_words() -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::super::mc_table::{EDGES, edge_axis};
-    use super::super::layout::{Params, SurfaceStatus};
+    use super::super::layout::{Params, REGION_BYTES, SurfaceStatus, WORK_BYTES};
     use super::*;
     use crate::sim::gpu::kernel::bindings;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -241,6 +241,12 @@ mod tests {
                 spare,
             ]
         );
+        let span = |name: &str| {
+            let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct");
+            let naga::TypeInner::Struct { span, .. } = found.1.inner else { panic!("{name} is no struct") };
+            u64::from(span)
+        };
+        assert_eq!((span("Region"), span("Work")), (REGION_BYTES, WORK_BYTES));
         twin!(
             module,
             SurfaceStatus,
@@ -260,6 +266,14 @@ mod tests {
                 sides,
                 sheets,
                 grain_count,
+                slot_limits,
+                free_counts,
+                slot_span,
+                is_all,
+                is_stale,
+                mesh_end,
+                triangle_count,
+                block_count,
             ]
         );
     }

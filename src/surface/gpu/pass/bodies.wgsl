@@ -32,8 +32,10 @@ fn bodies_of(cell: vec3i) -> u32 {
 
 @compute @workgroup_size(256)
 fn bodies(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
-    let slot = group.x;
-    find_neighbours(block_of(blocks[slot]), k);
+    let slot = work[group.x].slot;
+    let entry = work[group.x].entry;
+    if entry == NONE { return; }
+    find_neighbours(block_of(entry), k);
     for (var j = k; j < 512u; j += 256u) {
         cells[slot * 1536u + 1024u + j] = bodies_of(local_node(j));
     }

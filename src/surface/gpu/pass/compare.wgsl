@@ -1,19 +1,40 @@
-// Whether a block, or a value in it, is another than at the last extraction.
+// Which blocks have other values than at their last extraction, and on which sides of them. A block that is not there has zeros.
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
 @group(0) @binding(10) var<storage, read> kept: array<f32>; // fields of the last extraction
 @group(0) @binding(11) var<storage, read> kept_blocks: array<u32>;
+@group(0) @binding(24) var<storage, read_write> changes: array<atomic<u32>>; // by entry: bit 0, and for each axis that the block before, the block behind sees it
+
+// A block sees 3 nodes of the one behind it, and 1 of the one before: here a node more.
+fn sides_of(j: u32) -> u32 {
+    let n = vec3u(j & 7u, (j >> 3u) & 7u, j >> 6u);
+    let sides = select(vec3u(0u), vec3u(1u), n < vec3u(4u)) | select(vec3u(0u), vec3u(2u), n > vec3u(5u));
+    return (sides.x << 1u) | (sides.y << 3u) | (sides.z << 5u);
+}
+
+fn note(entry: u32, sides: u32) {
+    if entry == NONE || sides == 0u { return; }
+    atomicOr(&changes[entry], sides);
+    if (sides & 1u) != 0u { atomicStore(&status.is_changed, 1u); }
+}
 
 @compute @workgroup_size(256)
 fn compare(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
+    if status.is_all != 0u { return; }
     let slot = group.x;
-    let plane = group.y;
-    if atomicLoad(&status.is_changed) != 0u { return; }
-    var is_other = blocks[slot] != kept_blocks[slot];
+    let entry = blocks[slot];
+    let before = kept_blocks[slot];
+    if entry == NONE && before == NONE { return; }
+    var sides = 0u;
+    var sides_before = 0u;
     for (var j = k; j < 512u; j += 256u) {
-        let at = (slot * planes_stored() + plane) * 512u + j;
-        is_other = is_other || abs(fields[at] - kept[at]) > HYSTERESIS;
+        let at = (slot * planes_stored() + group.y) * 512u + j;
+        let was = select(0.0, kept[at], entry == before);
+        let change = abs(fields[at] - was);
+        if change > CHANGE_MIN { sides |= sides_of(j) | u32(change > HYSTERESIS); }
+        if entry != before && kept[at] != 0.0 { sides_before |= 1u | sides_of(j); }
     }
-    if is_other { atomicStore(&status.is_changed, 1u); }
+    note(entry, sides);
+    note(before, sides_before);
 }

@@ -1,7 +1,7 @@
 // Vertices and indices of each block. Vertices on a block's faces stand in each block that has them, with the same bits.
 
-@group(0) @binding(8) var<storage, read> fields: array<f32>;
-@group(0) @binding(12) var<storage, read> counts: array<vec2u>;
+@group(0) @binding(10) var<storage, read> kept: array<f32>;
+@group(0) @binding(12) var<storage, read> regions: array<Region>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<u32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 
@@ -39,8 +39,12 @@ fn triangle(a: u32, b: u32, c: u32) {
 
 @compute @workgroup_size(256)
 fn emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
-    let slot = group.x;
-    let block = block_of(blocks[slot]);
+    let region = regions[work[group.x].slot];
+    empty(region.left.x, region.left.y, k);
+    empty(region.first.y + region.count.y, region.room.y - region.count.y, k);
+    // With nothing in it, perhaps without a block.
+    if region.count.y == 0u { return; }
+    let block = block_of(work[group.x].entry);
     find_neighbours(block, k);
     for (var j = k; j < 512u; j += 256u) {
         found = 0u;
@@ -64,9 +68,9 @@ fn emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k:
     }
     workgroupBarrier();
     is_writing = true;
-    vertex_first = counts[slot].x;
+    vertex_first = region.first.x;
     for (var j = k; j < 512u; j += 256u) {
-        next = params.index_first + 3u * (counts[slot].y + cell_first[j]);
+        next = params.index_first + 3u * (region.first.y + cell_first[j]);
         walk(local_node(j));
     }
     for (var word = k; word < 137u; word += 256u) {
@@ -78,6 +82,11 @@ fn emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k:
             at++;
         }
     }
+}
+
+// So many triangles without a size.
+fn empty(first: u32, count: u32, k: u32) {
+    for (var i = k; i < 3u * count; i += 256u) { indices[params.index_first + 3u * first + i] = 0u; }
 }
 
 fn write_vertex(block: vec3i, place: u32, at: u32) {

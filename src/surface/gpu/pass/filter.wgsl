@@ -27,6 +27,7 @@ fn filter_row(first: u32, step: u32) {
 fn filter_fields(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = group.x;
     let plane = group.y;
+    if blocks[slot] == NONE { return; }
     let block = block_of(blocks[slot]);
     if k < 27u { slots[k] = slot_of(block + vec3i(vec3u(k % 3u, (k / 3u) % 3u, k / 9u)) - 1); }
     workgroupBarrier();

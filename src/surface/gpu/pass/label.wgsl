@@ -1,16 +1,18 @@
-// Rules 1 to 3: who owns a node, its own value, whether it is inside.
+// Takes the values of blocks that have others. Rules 1 to 3: who owns a node, its own value, whether it is inside.
 
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
 @group(0) @binding(9) var<storage, read_write> cells: array<u32>;
+@group(0) @binding(10) var<storage, read_write> kept: array<f32>;
+@group(0) @binding(23) var<storage, read> work: array<Work>;
 
 fn label_node(slot: u32, j: u32) {
     let first = slot * planes_stored() * 512u + j;
     let sheet_count = min(status.sheet_count, params.sheet_capacity);
-    let total = fields[first];
+    let total = kept[first];
     var least = total;
     for (var s = 0u; s < sheet_count; s++) {
-        let front = fields[first + (2u * s + 1u) * 512u];
-        let back = fields[first + (2u * s + 2u) * 512u];
+        let front = kept[first + (2u * s + 1u) * 512u];
+        let back = kept[first + (2u * s + 2u) * 512u];
         let owner = owner_of(total, front, back);
         if owner != 0u { least = min(least, side_value(total, front + back, select(front, back, owner == 1u))); }
     }
@@ -18,8 +20,8 @@ fn label_node(slot: u32, j: u32) {
     var count = 0u;
     var own = total;
     for (var s = 0u; s < sheet_count; s++) {
-        let front = fields[first + (2u * s + 1u) * 512u];
-        let back = fields[first + (2u * s + 2u) * 512u];
+        let front = kept[first + (2u * s + 1u) * 512u];
+        let back = kept[first + (2u * s + 2u) * 512u];
         let owner = owner_of(least, front, back);
         if owner == 0u || count == CUTS_MAX { continue; }
         label |= ((status.sheets[s] << 1u) | select(0u, 1u, owner == 1u)) << (1u + 9u * count);
@@ -34,7 +36,17 @@ fn label_node(slot: u32, j: u32) {
 
 @compute @workgroup_size(256)
 fn label(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
-    let slot = group.x;
+    let slot = work[group.x].slot;
+    let values = work[group.x].values;
+    if values == 0u || work[group.x].entry == NONE { return; }
+    for (var plane = 0u; plane < plane_count(); plane++) {
+        for (var j = k; j < 512u; j += 256u) {
+            let at = (slot * planes_stored() + plane) * 512u + j;
+            let was = select(kept[at], 0.0, (values & NEW) != 0u);
+            let is_taken = (values & TAKEN) != 0u && (status.is_all != 0u || abs(fields[at] - was) > CHANGE_MIN);
+            kept[at] = select(was, fields[at], is_taken);
+        }
+    }
     label_node(slot, k);
     label_node(slot, k + 256u);
 }

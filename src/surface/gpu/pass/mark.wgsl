@@ -13,7 +13,7 @@ fn mark(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         for (var y = low.y; y <= high.y; y++) {
             for (var x = low.x; x <= high.x; x++) {
                 let block = vec3i(x, y, z);
-                if has_entry(block) { atomicOr(&marks[entry_of(block)], 1u); }
+                if has_entry(block) { atomicOr(&marks[entry_of(block)], MARK); }
             }
         }
     }

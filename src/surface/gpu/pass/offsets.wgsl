@@ -1,39 +1,125 @@
-// Where the vertices and triangles of each block begin, and how many there are with the balls behind them; room for all, or none.
+// Where the vertices and triangles of each block stand, and how many there are with the balls behind them; room for all, or none. A block
+// that outgrows its region gets another behind all others; when those left take too much, all are laid out anew.
 
-@group(0) @binding(12) var<storage, read_write> counts: array<vec2u>;
+@group(0) @binding(4) var<storage, read> blocks: array<u32>;
+@group(0) @binding(12) var<storage, read_write> regions: array<Region>;
 @group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
+@group(0) @binding(23) var<storage, read_write> work: array<Work>;
 
-var<workgroup> partial: array<vec2u, 256>;
+var<workgroup> grown_sums: array<vec2u, 256>;
+var<workgroup> room_sums: array<vec2u, 256>;
+var<workgroup> count_sums: array<vec2u, 256>;
+
+// Room for so many: an eighth more, by 16 vertices and 32 triangles.
+fn room_for(count: vec2u) -> vec2u {
+    return (count + count / 8u + vec2u(15u, 31u)) & ~vec2u(15u, 31u);
+}
+
+fn is_outgrown(region: Region) -> bool {
+    return any(region.count > region.room);
+}
+
+// Sums of a lane's blocks: of the regions for those that outgrew theirs, of those for all, of what is in them.
+fn add_up(k: u32, first: u32, last: u32) {
+    var grown = vec2u(0u);
+    var room = vec2u(0u);
+    var count = vec2u(0u);
+    for (var j = first; j < last; j++) {
+        let region = regions[j];
+        if is_outgrown(region) { grown += room_for(region.count); }
+        room += room_for(region.count);
+        count += region.count;
+    }
+    grown_sums[k] = grown;
+    room_sums[k] = room;
+    count_sums[k] = count;
+}
+
+fn fits(end: vec2u) -> bool {
+    let all = end + status.grain_count * ball_size(status.grain_count);
+    return all.x <= params.vertex_capacity && 3u * all.y <= params.index_capacity;
+}
 
 @compute @workgroup_size(256)
 fn offsets(@builtin(local_invocation_index) k: u32) {
-    let slots = min(status.slot_counts[1], params.slot_capacity);
-    let each = (slots + 255u) / 256u;
-    let first = min(k * each, slots);
-    let last = min(first + each, slots);
-    var sum = vec2u(0u);
-    for (var j = first; j < last; j++) { sum += counts[j]; }
-    partial[k] = sum;
+    let each = (params.slot_capacity + 255u) / 256u;
+    let first = min(k * each, params.slot_capacity);
+    let last = min(first + each, params.slot_capacity);
+    add_up(k, first, last);
     workgroupBarrier();
-    var before = vec2u(0u);
-    for (var j = 0u; j < k; j++) { before += partial[j]; }
-    for (var j = first; j < last; j++) {
-        let own = counts[j];
-        counts[j] = before;
-        before += own;
-    }
-    if k == 255u {
-        before += status.grain_count * ball_size(status.grain_count);
-        let has_room = before.x <= params.vertex_capacity && 3u * before.y <= params.index_capacity;
-        if !has_room {
-            atomicOr(&status.flags, MESH_FULL);
-            dispatch[16] = 0u;
-            dispatch[20] = 0u;
-            // What is remembered was not drawn: the next run tries again.
-            status.kept_slots = 0xffffffffu;
+    var grown = vec2u(0u);
+    var room = vec2u(0u);
+    var count = vec2u(0u);
+    var grown_before = vec2u(0u);
+    var room_before = vec2u(0u);
+    var count_before = vec2u(0u);
+    for (var j = 0u; j < 256u; j++) {
+        if j == k {
+            grown_before = grown;
+            room_before = room;
+            count_before = count;
         }
-        status.index_count_before = status.index_count;
-        status.vertex_count = before.x;
-        status.index_count = 3u * before.y;
+        grown += grown_sums[j];
+        room += room_sums[j];
+        count += count_sums[j];
     }
+    // No more than half of the triangles without size.
+    let end = status.mesh_end + grown;
+    let is_kept = status.is_all == 0u && all(end <= 2u * room) && fits(end);
+    let has_room = fits(room);
+    workgroupBarrier();
+    if is_kept {
+        append(first, last, status.mesh_end + grown_before);
+        if k == 0u { finish(end, count); }
+    } else if has_room {
+        lay_out(first, last, room_before, true);
+        if k == 0u { finish(room, count); }
+    } else if fits(count) {
+        lay_out(first, last, count_before, false);
+        if k == 0u { finish(count, count); }
+    } else if k == 0u {
+        atomicOr(&status.flags, MESH_FULL);
+        dispatch[16] = 0u;
+        dispatch[20] = 0u;
+        finish(room, count);
+        // What is remembered was not drawn: the next run tries again.
+        status.is_stale = 1u;
+    }
+}
+
+fn append(first: u32, last: u32, end: vec2u) {
+    var next = end;
+    for (var j = first; j < last; j++) {
+        let region = regions[j];
+        regions[j].left = vec2u(0u);
+        if !is_outgrown(region) { continue; }
+        regions[j].left = vec2u(region.first.y, region.room.y);
+        regions[j].first = next;
+        regions[j].room = room_for(region.count);
+        next += regions[j].room;
+    }
+}
+
+// All blocks are to be written then.
+fn lay_out(first: u32, last: u32, end: vec2u, has_slack: bool) {
+    var next = end;
+    for (var j = first; j < last; j++) {
+        let count = regions[j].count;
+        let room = select(count, room_for(count), has_slack);
+        regions[j] = Region(next, room, count, vec2u(0u));
+        work[j] = Work(j, blocks[j], 0u);
+        next += room;
+    }
+    if first == 0u { dispatch[16] = status.kept_slots; }
+}
+
+fn finish(end: vec2u, count: vec2u) {
+    let balls = status.grain_count * ball_size(status.grain_count);
+    status.is_stale = 0u;
+    status.mesh_end = end;
+    status.block_count = dispatch[8];
+    status.index_count_before = status.index_count;
+    status.vertex_count = end.x + balls.x;
+    status.index_count = 3u * (end.y + balls.y);
+    status.triangle_count = count.y + balls.y;
 }

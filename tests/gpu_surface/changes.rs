@@ -1,0 +1,111 @@
+//! What has changed is extracted, and nothing else; the mesh is that of all blocks all the same.
+
+use super::clay::{CELL, Random, ball};
+use super::device::{Device, Output, Run};
+use super::{assert_same, changed};
+use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::surface::extract::extract_field;
+use bevy_clay::surface::field::{Field, SurfaceSettings};
+use bevy_clay::surface::gpu::SurfaceRoom;
+use glam::Vec3;
+use libtest_mimic::Failed;
+
+/// What a value may be off without being seen: the inside's hundredth.
+const UNSEEN: f32 = 0.01 + 1e-5;
+
+fn run<'a>(device: &'a Device, source: &SurfaceSource, settings: &SurfaceSettings) -> Run<'a> {
+    device.run(source, settings, SurfaceRoom::for_particles(2 * source.particles.len()))
+}
+
+/// The mesh is the processor's of the values that the blocks were last extracted with, and those are the clay's to a hundredth.
+fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSource, settings: &SurfaceSettings) {
+    assert_eq!(output.status.flags, 0, "{name}");
+    let kept = run.kept_field(&output.status);
+    let off = kept.greatest_difference(&Field::of_particles(source, settings));
+    assert!(off < UNSEEN, "{name}: a node's value is off by {off}");
+    assert_same(name, &output.merged(), &extract_field(&kept, 0.5), (2e-5 * CELL) as f32);
+    assert_eq!(output.mesh.triangles.len(), output.status.triangle_count as usize, "{name}");
+}
+
+/// A dent in the top of a ball: the blocks about it are extracted, no others, and the rest of the mesh stays where it is.
+pub(crate) fn a_dent_alone_is_extracted(device: &Device) -> Result<(), Failed> {
+    let source = ball(12.0, 0.25, 3);
+    let settings = SurfaceSettings::default();
+    let mut run = run(device, &source, &settings);
+    let first = run.frame(&source, false);
+    assert_eq!(first.status.block_count, first.status.slot_counts[1], "all at first");
+    let top = source.particles.iter().map(|p| p.position[1]).fold(0.0, f32::max);
+    let dented = changed(&source, |all| all.iter_mut().filter(|p| p.position[1] > top - 0.5).for_each(|p| p.position[1] -= 0.2));
+    let second = run.frame(&dented, false);
+    assert_whole("dent", &run, &second, &dented, &settings);
+    assert!(second.status.is_changed == 1 && second.mesh != first.mesh);
+    let blocks = [first.status.block_count, second.status.block_count];
+    assert!(5 * blocks[1] < blocks[0] && blocks[1] >= 4, "{blocks:?} blocks extracted");
+    // Nothing below the blocks about the dent, which are 4 cells wide, is another, not even in its order.
+    let low = |o: &Output| -> Vec<[f32; 3]> {
+        let deep = source.domain.origin.y + (f64::from(top) - 14.0) * CELL;
+        o.mesh.positions.iter().filter(|p| f64::from(p[1]) < deep).copied().collect()
+    };
+    assert!(low(&first).len() > 100 && low(&first) == low(&second));
+    Ok(())
+}
+
+/// Lumps of a ball wander off, or leap, and come back, a cut comes and goes: each mesh is whole; blocks outgrow their regions, and are laid out anew.
+pub(crate) fn clay_that_moves_about_is_drawn_whole(device: &Device) -> Result<(), Failed> {
+    let settings = SurfaceSettings::default();
+    let mut random = Random(21);
+    let mut source = ball(5.0, 0.25, 3);
+    let home = source.particles.clone();
+    let mut run = run(device, &source, &settings);
+    let mut before = run.frame(&source, false).status;
+    let (mut extracted, mut all, mut grown, mut shrunk) = (0, 0, 0, 0);
+    for frame in 0..48 {
+        let at = Vec3::from_array(home[random.range(0.0, home.len() as f64) as usize].position);
+        let lump = |p: &SurfaceParticle| Vec3::from_array(p.position).distance(at) < 2.0;
+        // Steps within a block and its neighbours, or far from all that is there.
+        let reach = if frame % 3 == 1 { 12.0 } else { 1.5 };
+        let by = Vec3::from_array(std::array::from_fn(|_| random.range(-reach, reach) as f32));
+        let moved = |p: &SurfaceParticle| (Vec3::from_array(p.position) + by).to_array();
+        source = changed(&source, |particles| match frame % 12 {
+            // All go home.
+            11 => particles.copy_from_slice(&home),
+            // In front of and behind sheet 3.
+            6 => particles.iter_mut().for_each(|p| p.tags = if p.position[0] < at.x { 0xff03 } else { 0x0103 }),
+            _ => particles.iter_mut().filter(|p| lump(p)).for_each(|p| p.position = moved(p)),
+        });
+        let output = run.frame(&source, false);
+        assert_whole(&format!("frame {frame}"), &run, &output, &source, &settings);
+        let status = output.status;
+        extracted += status.block_count;
+        all += status.slot_counts[1];
+        grown += u32::from(status.vertex_count > before.vertex_count);
+        shrunk += u32::from(status.vertex_count < before.vertex_count);
+        before = status;
+    }
+    assert!(10 * extracted < 9 * all, "{extracted} of {all} blocks extracted");
+    assert!(grown > 4 && shrunk > 1, "regions added in {grown} frames, laid out anew in {shrunk}");
+    Ok(())
+}
+
+/// A block that comes without a value in it, as the margin of one that has, leaves the mesh as it is.
+pub(crate) fn empty_blocks_change_nothing(device: &Device) -> Result<(), Failed> {
+    let settings = SurfaceSettings::default();
+    let source = ball(2.0, 0.25, 3);
+    let mut run = run(device, &source, &settings);
+    let shifted = |by: f32| changed(&source, |all| all.iter_mut().for_each(|p| p.position[0] += by));
+    let mut blocks = |by: f32| run.frame(&shifted(by), true).status.slot_counts[1];
+    // Where one more is reached: within 4 cells, which is a block.
+    let (mut low, mut high) = (0.0, 0.0);
+    while high < 4.0 && blocks(high) <= blocks(low) {
+        (low, high) = (high, high + 0.25);
+    }
+    while high - low > 1e-3 {
+        let middle = 0.5 * (low + high);
+        if blocks(middle) > blocks(low) { high = middle } else { low = middle }
+    }
+    assert!(blocks(high) > blocks(low), "no more blocks within 4 cells");
+    let [first, second] = [(low, true), (high, false)].map(|(by, is_forced)| run.frame(&shifted(by), is_forced));
+    assert!(second.status.slot_counts[1] > first.status.slot_counts[1]);
+    assert!(second.status.is_changed == 0 && second.words == first.words);
+    Ok(())
+}
