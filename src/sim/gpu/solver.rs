@@ -437,9 +437,7 @@ impl Solver {
                 frame.interval /= 2;
             }
             if has(flag::OVERFLOW) {
-                let node_mass = f64::from(status.node_mass) / f64::from(frame.scales.mass);
-                let mass_max = self.forecasts[0].mass_max;
-                frame.scales = frame.scales.relaxed(status.reach_met != 0, 2 * status.cell_count, 1.5 * node_mass, mass_max);
+                frame.scales = frame.scales.relaxed(status, self.forecasts[0].mass_max);
             }
             let mut size = self.buffers.size;
             if has(flag::CAPACITY) {
