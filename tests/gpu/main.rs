@@ -77,6 +77,7 @@ fn main() {
         with_engine("fast_clay_is_redone_with_smaller_steps", robust::fast_clay_is_redone_with_smaller_steps),
         with_engine("bursting_clay_gets_room", robust::bursting_clay_gets_room),
         with_engine("hardly_any_clay_runs", robust::hardly_any_clay_runs),
+        with_engine("crowded_blocks_repeat", robust::crowded_blocks_repeat),
         with_engine("too_many_tools_are_refused", robust::too_many_tools_are_refused),
         with_engine("two_engines_share_nothing", robust::two_engines_share_nothing),
         with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),

@@ -189,3 +189,26 @@ pub(crate) fn two_engines_share_nothing(first: &mut GpuEngine) -> Result<(), Fai
     assert!(saved.to_bytes() == alone, "another clay on the device changed this one");
     Ok(())
 }
+
+/// More combinations of sides in a block than there is room for: told, and the same ones find room in every run.
+pub(crate) fn crowded_blocks_repeat(engine: &mut GpuEngine) -> Result<(), Failed> {
+    let mut case = block(20);
+    common::velocities(&mut case.snapshot, |x| 0.05 * x.cross(DVec3::ONE));
+    // Each particle with two of 21 sheets: hundreds of combinations.
+    for (i, p) in (0u8..=255).cycle().zip(&mut case.snapshot.particles) {
+        p.tags =
+            [(1 + i % 10, i & 1), (11 + (i / 3) % 11, i >> 1 & 1)].map(|(sheet, side)| Tag { sheet, side: 2 * side as i8 - 1 });
+    }
+    let mut state = || -> Result<Vec<u8>, Failed> {
+        let report = run(engine, &case)?;
+        assert!(report.health.contains(Health::CROWDED) && report.steps == 20, "{report:?}");
+        let mut saved = engine.save().map_err(|e| e.to_string())?;
+        saved.particles.sort_by_key(|p| p.id);
+        Ok(saved.to_bytes())
+    };
+    let first = state()?;
+    for run in 0..8 {
+        assert!(state()? == first, "run {run}");
+    }
+    Ok(())
+}

@@ -217,7 +217,7 @@ impl Buffers {
             Id::Slots => groups(self.table_len),
             Id::Clear => slots * self.size.classes,
             Id::Sides | Id::Grid => slots,
-            Id::Mass | Id::SortClasses => groups(slots),
+            Id::Mass => groups(slots),
             Id::Load
             | Id::Mark
             | Id::Count

@@ -105,7 +105,7 @@ impl<'a> Encoding<'a> {
                 passes.push((Id::Tags, v));
             }
             if cuts {
-                passes.extend([(Id::Classes, v), (Id::SortClasses, v)]);
+                passes.push((Id::Classes, v));
             }
             passes.push((Id::P2g, v));
             if separating {

@@ -1,4 +1,5 @@
-// Enters the keys of tagged particles into the lists of the blocks that their stencils reach.
+// Enters the keys of tagged particles into the lists of the blocks that their stencils reach: the greatest first, so that nothing depends on
+// who entered first, not even which find no room.
 
 @group(0) @binding(16) var<storage, read_write> cuts: array<atomic<u32>>;
 
@@ -6,14 +7,18 @@ const KEYS: u32 = CLASSES - 1u;
 
 fn enter(slot: u32, key: u32) {
     let first = slot * KEYS * 65u;
+    // Most particles find theirs entered.
     for (var c = 0u; c < KEYS; c++) {
-        // An exchange may fail though nobody else wrote: again, until something stands there.
-        loop {
-            let here = atomicLoad(&cuts[first + c]);
-            if here == key { return; }
-            if here != 0u { break; }
-            if atomicCompareExchangeWeak(&cuts[first + c], 0u, key).exchanged { return; }
-        }
+        let here = atomicLoad(&cuts[first + c]);
+        if here == key { return; }
+        if here < key { break; }
+    }
+    // Each place keeps the greater key, the other goes on to the next.
+    var carried = key;
+    for (var c = 0u; c < KEYS; c++) {
+        let here = atomicMax(&cuts[first + c], carried);
+        if here == carried || here == 0u { return; }
+        carried = min(carried, here);
     }
     // The host takes the passes for more classes, if there are any.
     if CLASSES < CLASSES_MAX { halt(CROWDED); } else { atomicStore(&status.crowded, 1u); }

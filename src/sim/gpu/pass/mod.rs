@@ -46,7 +46,6 @@ passes! {
     Average = "average", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     Classes = "classes", true, [STATE, TABLE];
-    SortClasses = "sort_classes", true, [CUTS_WRITTEN];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
     Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
     Sides = "sides", true, [FOLD, CUTS_WRITTEN];
