@@ -80,7 +80,7 @@ fn spawn(
     let (centre, radius) = (((low + high) / 2.0).as_vec3(), ((high - low).length() / 2.0).max(1e-3) as f32);
     let image = images.add(Image::new_target_texture(WIDTH, HEIGHT, TextureFormat::Rgba8UnormSrgb, None));
     commands.insert_resource(Canvas(image.clone()));
-    let eye = centre + Vec3::new(0.55, 0.65, 0.9).normalize() * radius * 3.2;
+    let eye = centre + Vec3::new(-0.7, 0.65, 0.75).normalize() * radius * 3.2;
     let lens = PerspectiveProjection { near: 0.05 * radius, far: 100.0 * radius, ..default() };
     commands.spawn((
         Camera3d::default(),

@@ -57,16 +57,16 @@ impl Capacity {
         Self { vertices: (f64::from(count) * VERTICES_PER_TRIANGLE) as u32, indices: 3 * count }
     }
 
-    /// Whether what `status` asks for finds room.
-    fn holds(self, status: &SurfaceStatus) -> bool {
-        self.vertices >= status.vertex_count && self.indices >= status.index_count
+    /// Whether so many vertices and triangles find room.
+    fn holds(self, [vertices, triangles]: [u32; 2]) -> bool {
+        self.vertices >= vertices && self.indices / 3 >= triangles
     }
 
-    /// The next size in which what `status` asks for finds room; none if that is more than a slab holds.
-    fn grown(self, status: &SurfaceStatus) -> Option<Self> {
+    /// The least size, this one or a greater, in which so many vertices and triangles find room; none if that is more than a slab holds.
+    fn grown(self, counts: [u32; 2]) -> Option<Self> {
         let sizes = std::iter::successors(Some(self.indices / 3), |triangles| triangles.checked_mul(CAPACITY_GROWTH));
         let is_in_slab = |capacity: &Self| u64::from(capacity.vertices) * VERTEX_BYTES <= SLAB_MAX;
-        sizes.map(Self::of_triangles).take_while(is_in_slab).find(|capacity| capacity.holds(status))
+        sizes.map(Self::of_triangles).take_while(is_in_slab).find(|capacity| capacity.holds(counts))
     }
 
     /// A mesh of this size in which nothing is seen, its vertices at the corners of the room.
@@ -111,20 +111,19 @@ impl Drawn {
         self.told().fault.take()
     }
 
-    /// The mesh's capacity, or the next one if the surface did not find room in it. By what is needed: the status may be one of the mesh before.
+    /// The mesh's capacity, or the next one that has the room the surface wants, or must have. The status may be one of the mesh before.
     ///
     /// # Errors
     /// More than a mesh can have.
     fn capacity_wanted(&self) -> Result<Capacity, String> {
-        let status = self.told().status;
-        let Some(status) = status.filter(|status| !self.capacity.holds(status)) else { return Ok(self.capacity) };
-        let triangles = status.index_count / 3;
-        self.capacity.grown(&status).ok_or_else(|| format!("{triangles} triangles are more than a mesh on the device can have"))
+        let Some(status) = self.told().status else { return Ok(self.capacity) };
+        let capacity = self.capacity.grown(status.wanted).or_else(|| self.capacity.grown(status.least));
+        capacity.ok_or_else(|| format!("{} triangles are more than a mesh on the device can have", status.least[1]))
     }
 
-    /// Triangles shown, as far as is known.
+    /// Triangles shown, or to be shown once there is room for them, as far as is known.
     pub(super) fn triangle_count(&self) -> usize {
-        self.told().status.map_or(0, |status| status.triangle_count as usize)
+        self.told().status.map_or(0, |status| status.least[1] as usize)
     }
 }
 
@@ -313,16 +312,12 @@ mod tests {
     /// By what is needed, in one go; nothing beyond what a slab holds.
     #[test]
     fn capacity_grows_by_need() {
-        let needs = |triangles: u32| {
-            let mut status: SurfaceStatus = bytemuck::Zeroable::zeroed();
-            (status.vertex_count, status.index_count) = (triangles / 2, 3 * triangles);
-            status
-        };
+        let needs = |triangles: u32| [triangles / 2, triangles];
         let first = Capacity::of_triangles(CAPACITY_FIRST);
-        assert!(first.holds(&needs(CAPACITY_FIRST)) && !first.holds(&needs(CAPACITY_FIRST + 1)));
-        assert_eq!(first.grown(&needs(CAPACITY_FIRST + 1)), Some(Capacity::of_triangles(4 * CAPACITY_FIRST)));
-        let next = first.grown(&needs(300_000)).expect("a mesh of 300,000 triangles");
-        assert_eq!((next.indices, next.grown(&needs(300_000))), (3 * 64 * CAPACITY_FIRST, Some(next)), "enough is enough");
-        assert_eq!(first.grown(&needs(8_000_000)), None);
+        assert_eq!(first.grown(needs(CAPACITY_FIRST)), Some(first), "enough is enough");
+        assert_eq!(first.grown(needs(CAPACITY_FIRST + 1)), Some(Capacity::of_triangles(4 * CAPACITY_FIRST)));
+        let next = first.grown(needs(300_000)).expect("a mesh of 300,000 triangles");
+        assert_eq!((next.indices, next.grown(needs(300_000))), (3 * 64 * CAPACITY_FIRST, Some(next)));
+        assert_eq!(first.grown(needs(8_000_000)), None);
     }
 }

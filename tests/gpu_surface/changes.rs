@@ -1,12 +1,14 @@
 //! What has changed is extracted, and nothing else; the mesh is that of all blocks all the same.
 
-use super::clay::{CELL, Random, ball};
-use super::device::{Device, Output, Run};
+use super::clay::{CELL, Random, ball, with_dust};
+use super::device::{Device, Output, Run, grain_difference};
 use super::{assert_same, changed};
 use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
-use bevy_clay::surface::gpu::SurfaceRoom;
+use bevy_clay::surface::gpu::{SurfaceRoom, flag};
+use bevy_clay::surface::grains::extract_with_grains;
 use glam::Vec3;
 use libtest_mimic::Failed;
 
@@ -14,7 +16,7 @@ use libtest_mimic::Failed;
 const UNSEEN: f32 = 0.01 + 1e-5;
 
 fn run<'a>(device: &'a Device, source: &SurfaceSource, settings: &SurfaceSettings) -> Run<'a> {
-    device.run(source, settings, SurfaceRoom::for_particles(2 * source.particles.len()))
+    device.run(source, settings, SurfaceRoom { cell_blocks: 1000, blocks: 1000, sheets: 2 })
 }
 
 /// The mesh is the processor's of the values that the blocks were last extracted with, and those are the clay's to a hundredth.
@@ -24,7 +26,7 @@ fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSour
     let off = kept.greatest_difference(&Field::of_particles(source, settings));
     assert!(off < UNSEEN, "{name}: a node's value is off by {off}");
     assert_same(name, &output.merged(), &extract_field(&kept, 0.5), (2e-5 * CELL) as f32);
-    assert_eq!(output.mesh.triangles.len(), output.status.triangle_count as usize, "{name}");
+    assert_eq!(output.mesh.triangles.len(), output.status.least[1] as usize, "{name}");
 }
 
 /// A dent in the top of a ball: the blocks about it are extracted, no others, and the rest of the mesh stays where it is.
@@ -50,16 +52,19 @@ pub(crate) fn a_dent_alone_is_extracted(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Lumps of a ball wander off, or leap, and come back, a cut comes and goes: each mesh is whole; blocks outgrow their regions, and are laid out anew.
+/// Lumps of a ball with dust about it wander off, or leap, and come back, a cut comes and goes: each mesh is whole, the grains are those of all; blocks outgrow
+/// their regions, and are laid out anew. All over again, the bits are the same.
 pub(crate) fn clay_that_moves_about_is_drawn_whole(device: &Device) -> Result<(), Failed> {
     let settings = SurfaceSettings::default();
     let mut random = Random(21);
-    let mut source = ball(5.0, 0.25, 3);
+    let mut source = with_dust(&ball(5.0, 0.25, 3), 40);
     let home = source.particles.clone();
     let mut run = run(device, &source, &settings);
     let mut before = run.frame(&source, false).status;
+    let roomy = with_dust(&source, 400);
+    let [mut grainy, mut other] = [(); 2].map(|()| device.run_with_grains(&roomy, &settings));
     let (mut extracted, mut all, mut grown, mut shrunk) = (0, 0, 0, 0);
-    for frame in 0..48 {
+    for frame in 0..36 {
         let at = Vec3::from_array(home[random.range(0.0, home.len() as f64) as usize].position);
         let lump = |p: &SurfaceParticle| Vec3::from_array(p.position).distance(at) < 2.0;
         // Steps within a block and its neighbours, or far from all that is there.
@@ -76,6 +81,11 @@ pub(crate) fn clay_that_moves_about_is_drawn_whole(device: &Device) -> Result<()
         let output = run.frame(&source, false);
         assert_whole(&format!("frame {frame}"), &run, &output, &source, &settings);
         let status = output.status;
+        let output = grainy.frame(&source, false);
+        let grains = extract_with_grains(&source, &settings).grains;
+        assert_eq!((output.status.flags, grain_difference(&output.grains, &grains, CELL)), (0, None), "frame {frame}");
+        assert_eq!(MeshCheck::of(&output.merged()).open_edges, 0, "frame {frame}");
+        assert!(other.frame(&source, false).words == output.words, "frame {frame}, another run");
         extracted += status.block_count;
         all += status.slot_counts[1];
         grown += u32::from(status.vertex_count > before.vertex_count);
@@ -108,4 +118,33 @@ pub(crate) fn empty_blocks_change_nothing(device: &Device) -> Result<(), Failed>
     assert!(second.status.slot_counts[1] > first.status.slot_counts[1]);
     assert!(second.status.is_changed == 0 && second.words == first.words);
     Ok(())
+}
+
+/// A first frame that finds no room leaves nothing of another mesh behind when there is room for less, nor does a later one.
+pub(crate) fn failed_frames_leave_nothing_behind(device: &Device) -> Result<(), Failed> {
+    let settings = SurfaceSettings::default();
+    let source = ball(5.0, 0.25, 3);
+    let mut run = run(device, &source, &settings);
+    let first = run.frame(&source, false);
+    let tucked = changed(&source, |all| all.iter_mut().for_each(|p| p.position = all_in_one(p.position)));
+    for is_new in [true, false] {
+        if is_new {
+            run.begin_anew(&source, &settings);
+        }
+        run.capacity = (first.status.least[0] / 2, 700_000);
+        assert_eq!(run.frame(&source, !is_new).status.flags, flag::MESH_FULL);
+        let output = run.frame(&tucked, false);
+        assert!(output.status.flags == 0 && output.status.index_count < first.status.index_count / 2);
+        let left = output.words.1[output.status.index_count as usize..].iter().filter(|i| **i != 0).count();
+        assert_eq!(left, 0, "indices of another mesh, of {}", first.status.index_count);
+        run.capacity = (160_000, 700_000);
+        run.frame(&source, true);
+    }
+    Ok(())
+}
+
+/// Towards the middle of the ball.
+fn all_in_one(position: [f32; 3]) -> [f32; 3] {
+    let middle = super::clay::BALL_CENTRE.as_vec3();
+    (middle + 0.4 * (Vec3::from_array(position) - middle)).to_array()
 }

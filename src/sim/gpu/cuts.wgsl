@@ -1,4 +1,4 @@
-// The classes of clay in each block: the keys of its tagged particles, and of those whose stencils reach it, in order. Class 0 is untagged clay.
+// The classes of clay in each block: the keys of its tagged particles, and of those whose stencils reach it, the greatest first. Class 0 is untagged clay.
 // Behind the keys of a block stand the folded masses of its classes at its 64 nodes.
 
 const KEYS: u32 = CLASSES - 1u;

@@ -83,15 +83,20 @@ impl Scales {
         }
     }
 
-    /// Scales that serve more: those bounds doubled that `status` says were met. By how much depends on what the device had done when it stopped, which
+    /// Scales that serve more: the bound doubled that `status` says was met. By how much depends on what the device had done when it stopped, which
     /// differs from run to run.
     pub(super) fn relaxed(&self, status: &Status, mass_max: f64) -> Self {
-        let more = |is_met: bool| if is_met { 2 } else { 1 };
-        // In the device's own arithmetic.
-        let is_massive = status.node_mass as f32 > self.node_mass_limit * self.mass;
-        let reach = f64::from(self.reach_limit) * f64::from(more(status.reach_met != 0));
-        let cell_count = self.cell_count_limit * more(status.cell_count > self.cell_count_limit);
-        Self::serving(reach, cell_count, f64::from(self.node_mass_limit) * f64::from(more(is_massive)), mass_max)
+        let (mut reach, mut cell_count) = (f64::from(self.reach_limit), self.cell_count_limit);
+        let mut node_mass = f64::from(self.node_mass_limit).max(mass_max);
+        // Each bound is looked at by another pass, and after the first that is met no pass does anything.
+        if status.reach_met != 0 {
+            reach *= 2.0;
+        } else if status.cell_count > cell_count {
+            cell_count *= 2;
+        } else {
+            node_mass *= 2.0;
+        }
+        Self::serving(reach, cell_count, node_mass, mass_max)
     }
 }
 
@@ -109,19 +114,16 @@ pub(super) fn interval(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Fo
 mod tests {
     use super::*;
 
-    /// Met by little or by much, a bound is doubled; one that was not met stays.
+    /// Met by little or by much, a bound is doubled; the others stay.
     #[test]
     fn scales_are_relaxed_by_what_was_met_alone() {
         let s = Scales::serving(0.1, 10, 12.0, 1.0);
-        let relaxed = |reach_met, cell_count, node_mass: f64| {
-            let node_mass = (node_mass * f64::from(s.mass)) as u32;
-            s.relaxed(&Status { reach_met, cell_count, node_mass, ..Status::default() }, 1.0)
-        };
-        assert_eq!(relaxed(0, 10, 11.9), s);
-        assert_eq!(relaxed(1, 3, 2.0), Scales::serving(0.2, 10, 12.0, 1.0));
-        for (cell_count, node_mass) in [(11, 12.1), (15, 13.0), (400, 30.0)] {
-            assert_eq!(relaxed(0, cell_count, 1.0), Scales::serving(0.1, 20, 12.0, 1.0));
-            assert_eq!(relaxed(0, 1, node_mass), Scales::serving(0.1, 10, 24.0, 1.0));
+        let relaxed =
+            |reach_met, cell_count, node_mass| s.relaxed(&Status { reach_met, cell_count, node_mass, ..Status::default() }, 1.0);
+        for much in [11, 15, 400] {
+            assert_eq!(relaxed(1, 10, much), Scales::serving(0.2, 10, 12.0, 1.0));
+            assert_eq!(relaxed(0, much, 0), Scales::serving(0.1, 20, 12.0, 1.0));
+            assert_eq!(relaxed(0, 10, much), Scales::serving(0.1, 10, 24.0, 1.0));
         }
     }
 

@@ -64,9 +64,9 @@ pub struct SurfaceStatus {
     pub sheet_count: u32,
     /// 1 if anything was extracted.
     pub is_changed: u32,
-    /// Vertices of the last extraction, or needed, with those between the regions of blocks.
+    /// Vertices of the last extraction, with those between the regions of blocks.
     pub vertex_count: u32,
-    /// Indices of the last extraction, or needed, with those of triangles without size.
+    /// Indices of the last extraction, with those of triangles without size.
     pub index_count: u32,
     pub(super) index_count_before: u32,
     pub(super) kept_slots: u32,
@@ -84,10 +84,13 @@ pub struct SurfaceStatus {
     pub(super) is_all: u32,
     pub(super) is_stale: u32,
     pub(super) mesh_end: [u32; 2],
-    /// Triangles of the last extraction, with a size.
-    pub triangle_count: u32,
-    /// Blocks that the last extraction went through: those with other values, and those beside them.
+    /// Vertices and triangles for which the last extraction wants room: without so much, all blocks are written anew more often.
+    pub wanted: [u32; 2],
+    /// Vertices and triangles that the last extraction has, and must have room for.
+    pub least: [u32; 2],
+    /// Blocks that the last extraction went through: those with other values, those that see them, those that are gone.
     pub block_count: u32,
+    pub(super) spare: u32,
 }
 
 impl SurfaceStatus {

@@ -35,7 +35,7 @@ struct Status {
     flags: atomic<u32>,
     slot_counts: array<u32, 2>, // blocks in use, or needed, by level
     sheet_count: u32, // cuts with clay on both sides
-    is_changed: atomic<u32>, // whether any value has changed by more than HYSTERESIS since it was last extracted
+    is_changed: atomic<u32>, // whether anything is extracted
     vertex_count: u32, // kept: up to the last one
     index_count: u32, // kept: up to the last one
     index_count_before: u32, // kept, of the extraction before
@@ -44,16 +44,18 @@ struct Status {
     extraction_count: u32, // kept
     found_grains: u32, // particles that the surface does not show
     sides: array<atomic<u32>, 16>, // bit by sheet: clay in front, clay behind
-    sheets: array<u32, SHEETS_MAX>, // kept: numbers of the cuts with fields, in order
+    sheets: array<u32, SHEETS_MAX>, // numbers of the cuts with fields, in order
     grain_count: u32, // kept: grains that are drawn
     slot_limits: array<u32, 2>, // slots up to the last one in use, by level
     free_counts: array<u32, 2>, // slots for new blocks, by level
     slot_span: u32, // visual slots in use now or at the last extraction
-    is_all: u32, // whether every block is extracted
+    is_all: u32, // whether every block is extracted: 1, or ANEW where what stands in the mesh is not known
     is_stale: u32, // kept: whether the mesh is not the last run's, which found no room
     mesh_end: vec2u, // kept: vertices and triangles up to the end of the blocks' regions
-    triangle_count: u32, // kept: with a size
-    block_count: u32, // kept: blocks extracted
+    wanted: vec2u, // kept: vertices and triangles of a new layout
+    least: vec2u, // kept: those in use
+    block_count: u32, // kept: blocks extracted, and slots given back
+    spare: u32,
 }
 
 // A block's part of the mesh, by slot; kept.
@@ -66,6 +68,8 @@ struct Region {
 
 // A block to be extracted; whether it had zeros before, and whether it takes this run's values.
 struct Work { slot: u32, entry: u32, values: u32 }
+
+const ANEW: u32 = 2u;
 
 const NEW: u32 = 1u;
 const TAKEN: u32 = 2u;

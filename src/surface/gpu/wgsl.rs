@@ -272,8 +272,10 @@ mod tests {
                 is_all,
                 is_stale,
                 mesh_end,
-                triangle_count,
+                wanted,
+                least,
                 block_count,
+                spare,
             ]
         );
     }

@@ -14,7 +14,8 @@ fn put(at: u32, x: u32, y: u32) {
 @compute @workgroup_size(1)
 fn assign() {
     var count = 0u;
-    var is_all = params.is_forced != 0u || status.is_stale != 0u;
+    let is_anew = params.is_forced != 0u || status.is_stale != 0u;
+    var is_all = is_anew;
     for (var sheet = 1u; sheet < 256u; sheet++) {
         let word = sheet >> 5u;
         let both = atomicLoad(&status.sides[word]) & atomicLoad(&status.sides[8u + word]);
@@ -31,7 +32,7 @@ fn assign() {
     }
     status.sheet_count = count;
     is_all = is_all || count != status.kept_sheets;
-    status.is_all = u32(is_all);
+    status.is_all = select(u32(is_all), ANEW, is_anew);
     if is_all { atomicStore(&status.is_changed, 1u); }
     status.slot_span = max(status.slot_limits[1], status.kept_slots);
     put(0u, status.slot_span, plane_count());

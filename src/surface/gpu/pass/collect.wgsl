@@ -30,9 +30,8 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
     if entry != NONE {
         if status.is_all != 0u || (changes[entry] & 1u) != 0u { values |= TAKEN; }
         if values == 0u && !is_near_change(block_of(entry)) { return; }
-    } else if !is_new && status.is_all == 0u {
+    } else if !is_new {
         return;
     }
-    atomicAdd(&dispatch[16], 1u);
     work[atomicAdd(&dispatch[8], 1u)] = Work(slot, entry, values);
 }

@@ -27,7 +27,7 @@ fn grain_offsets(@builtin(local_invocation_index) k: u32) {
     if k == 255u {
         status.found_grains = before;
         // Those that are gone are to be forgotten.
-        let count = select(0u, groups, before > 0u || status.grain_count > 0u);
+        let count = select(0u, groups, before > 0u || status.grain_count > 0u || status.is_all != 0u);
         dispatch[20] = min(count, GROUPS_ALONG);
         dispatch[21] = (count + GROUPS_ALONG - 1u) / GROUPS_ALONG;
         dispatch[22] = 1u;

@@ -1,5 +1,5 @@
 // Where the vertices and triangles of each block stand, and how many there are with the balls behind them; room for all, or none. A block
-// that outgrows its region gets another behind all others; when those left take too much, all are laid out anew.
+// that outgrows its region gets another behind all others; when those left take too much, all are laid out anew, without slack if need be.
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(12) var<storage, read_write> regions: array<Region>;
@@ -63,25 +63,30 @@ fn offsets(@builtin(local_invocation_index) k: u32) {
         room += room_sums[j];
         count += count_sums[j];
     }
-    // No more than half of the triangles without size.
-    let end = status.mesh_end + grown;
-    let is_kept = status.is_all == 0u && all(end <= 2u * room) && fits(end);
-    let has_room = fits(room);
+    // What is left behind takes no more than a new layout would.
+    let end = status.mesh_end;
+    let is_kept = status.is_all == 0u && all(end + grown <= 2u * room) && fits(end + grown);
+    let has_slack = fits(room);
+    let has_room = fits(count);
+    // From here on the first lane writes the status, which no other reads.
     workgroupBarrier();
+    if k == 0u {
+        let balls = status.grain_count * ball_size(status.grain_count);
+        status.wanted = room + balls;
+        status.least = count + balls;
+    }
     if is_kept {
-        append(first, last, status.mesh_end + grown_before);
-        if k == 0u { finish(end, count); }
-    } else if has_room {
+        append(first, last, end + grown_before);
+        if k == 0u { finish(end + grown, dispatch[8]); }
+    } else if has_slack {
         lay_out(first, last, room_before, true);
-        if k == 0u { finish(room, count); }
-    } else if fits(count) {
+        if k == 0u { finish(room, status.kept_slots); }
+    } else if has_room {
         lay_out(first, last, count_before, false);
-        if k == 0u { finish(count, count); }
+        if k == 0u { finish(count, status.kept_slots); }
     } else if k == 0u {
         atomicOr(&status.flags, MESH_FULL);
-        dispatch[16] = 0u;
         dispatch[20] = 0u;
-        finish(room, count);
         // What is remembered was not drawn: the next run tries again.
         status.is_stale = 1u;
     }
@@ -110,16 +115,16 @@ fn lay_out(first: u32, last: u32, end: vec2u, has_slack: bool) {
         work[j] = Work(j, blocks[j], 0u);
         next += room;
     }
-    if first == 0u { dispatch[16] = status.kept_slots; }
 }
 
-fn finish(end: vec2u, count: vec2u) {
+// The mesh up to `end`, of which so many blocks are to be written.
+fn finish(end: vec2u, written: u32) {
     let balls = status.grain_count * ball_size(status.grain_count);
+    dispatch[16] = written;
     status.is_stale = 0u;
     status.mesh_end = end;
     status.block_count = dispatch[8];
     status.index_count_before = status.index_count;
     status.vertex_count = end.x + balls.x;
     status.index_count = 3u * (end.y + balls.y);
-    status.triangle_count = count.y + balls.y;
 }
