@@ -152,6 +152,30 @@ fn tool_moved_by_the_app_feels_the_clay() {
     assert!(last.force.y > 0.0, "pressed down, the ball feels {} N", last.force);
 }
 
+/// A knife that is switched off and on again before another frame is planned has been put down anew: its cut is another.
+#[test]
+fn knife_put_down_anew_begins_another_cut() {
+    let mut app = app();
+    let clay = spawn(&mut app, cube(4, 0.0));
+    let at = |z: f64| Transform::from_translation((DVec3::new(4.0, 3.0, z) * DX).as_vec3());
+    let blade = Tool { shape: ToolShape::Blade { half_width: 4.0 * DX, half_height: 4.0 * DX }, contact: Contact::Slip };
+    let knife = app.world_mut().spawn((SculptTool { id: 7, tool: blade, is_active: true }, at(3.0))).id();
+    let cuts = |app: &mut App| {
+        tick(app, clay);
+        let report = &app.world().resource::<Reports>().0.last().expect("report").report;
+        report.sheets.iter().count()
+    };
+    assert_eq!([(); 3].map(|()| cuts(&mut app)), [1; 3]);
+    // The clock stands.
+    for is_active in [false, true] {
+        let mut knife = app.world_mut().entity_mut(knife);
+        knife.get_mut::<SculptTool>().expect("knife").is_active = is_active;
+        knife.insert(at(5.0));
+        app.update();
+    }
+    assert_eq!([(); 3].map(|()| cuts(&mut app)), [2; 3]);
+}
+
 /// A material that the engine refuses stops the clay with its reason; the app goes on, and so does the clay when it is mended.
 #[test]
 fn refused_material_stops_the_clay_by_name_until_it_is_mended() {
