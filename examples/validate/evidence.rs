@@ -128,6 +128,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("surface in motion", "the same clay twice", "the same bits"),
     exact("clay at rest", "", "nothing moves"),
     exact("surface on the device", "", "the processor's mesh of the same fields"),
+    exact("surface on the device", "on the device: a dent", "all blocks anew"),
     exact("files", "", "the displayed mesh"),
     exact("files", "file to clay to file", "the mesh of the file"),
 ];
