@@ -166,7 +166,6 @@ fn knife_put_down_anew_begins_another_cut() {
         report.sheets.iter().count()
     };
     assert_eq!([(); 3].map(|()| cuts(&mut app)), [1; 3]);
-    // The clock stands.
     for is_active in [false, true] {
         let mut knife = app.world_mut().entity_mut(knife);
         knife.get_mut::<SculptTool>().expect("knife").is_active = is_active;

@@ -1,4 +1,4 @@
-//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu --frames N --script --screenshot FILE]`.
+//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu --surface auto|cpu|gpu --frames N --script --screenshot FILE --out DIR]`.
 //!
 //! | file     | does                                              |
 //! |----------|---------------------------------------------------|

@@ -240,8 +240,11 @@ fn choose(
             }
             continue;
         };
-        let capacity = drawn.map_or(Ok(Capacity::of_triangles(CAPACITY_FIRST)), Drawn::capacity_wanted);
-        let capacity = match drawn.and_then(Drawn::take_fault).map_or(capacity, Err) {
+        // What was said of another engine's clay counts no more.
+        let told = drawn.filter(|d| d.generation == generation);
+        let capacity = drawn.map_or(Capacity::of_triangles(CAPACITY_FIRST), |d| d.capacity);
+        let capacity = told.map_or(Ok(capacity), Drawn::capacity_wanted);
+        let capacity = match told.and_then(Drawn::take_fault).map_or(capacity, Err) {
             Ok(capacity) => capacity,
             Err(reason) => {
                 warn!("a clay's surface is made on the processor: {reason}");

@@ -12,6 +12,7 @@
 //! | [`tool`]     | [`SculptTool`](tool::SculptTool)    | ways, swept                                                        |
 //! | [`step`]     | clock, ways, material               | frame plans                                                        |
 //! | [`show`]     | surface particles                   | the mesh, made away from the main thread                           |
+//! | `draw`       | particles on the device             | the mesh, made there                                               |
 //! | [`diagnostics`] | status                           | Bevy diagnostics under `clay/`                                     |
 //! | `held`       | the plugin's own systems            | how long they hold the main thread                                 |
 //! | `reflect`    | the solver's types                  | their reflection                                                   |

@@ -241,6 +241,18 @@ impl Field {
         greatest
     }
 
+    /// By how much the two sides of a cut are more than all clay, at the node where that is greatest: rounding, in any field of clay.
+    #[doc(hidden)]
+    pub fn greatest_excess(&self) -> f32 {
+        let nodes = |slot: usize, values: &NodeValues| values.block(slot).map_or_else(|| vec![0.0; BLOCK_NODES], <[f32]>::to_vec);
+        let excess = |slot: usize, sheet: &SheetField| {
+            let (all, front, back) = (nodes(slot, &self.total), nodes(slot, &sheet.front), nodes(slot, &sheet.back));
+            all.iter().zip(front.iter().zip(back)).map(|(f, (p, m))| p + m - f).fold(0.0, f32::max)
+        };
+        let slots = 0..self.grid.blocks().len();
+        slots.flat_map(|slot| self.sheets.iter().map(move |sheet| excess(slot, sheet))).fold(0.0, f32::max)
+    }
+
     /// f between nodes, linear along each axis; `at` in node spacings.
     pub(crate) fn total_at(&self, at: DVec3) -> f32 {
         let low = at.floor();

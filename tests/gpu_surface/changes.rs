@@ -14,6 +14,8 @@ use libtest_mimic::Failed;
 
 /// What a value may be off without being seen: the inside's hundredth.
 const UNSEEN: f32 = 0.01 + 1e-5;
+/// Sums in fixed point of 2^-24, filtered.
+const ROUNDING: f32 = 3e-6;
 
 fn run<'a>(device: &'a Device, source: &SurfaceSource, settings: &SurfaceSettings) -> Run<'a> {
     device.run(source, settings, SurfaceRoom { cell_blocks: 1000, blocks: 1000, sheets: 2 })
@@ -25,6 +27,8 @@ fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSour
     let kept = run.kept_field(&output.status);
     let off = kept.greatest_difference(&Field::of_particles(source, settings));
     assert!(off < UNSEEN, "{name}: a node's value is off by {off}");
+    // Each node's values are of one frame.
+    assert!(kept.greatest_excess() < ROUNDING, "{name}: {} more on the sides of a cut than there is", kept.greatest_excess());
     assert_same(name, &output.merged(), &extract_field(&kept, 0.5), (2e-5 * CELL) as f32);
     assert_eq!(output.mesh.triangles.len(), output.status.least[1] as usize, "{name}");
 }

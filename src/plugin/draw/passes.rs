@@ -1,9 +1,11 @@
 //! The render world's part: particles to the device where they are not there, the passes into the slabs, what they say back.
 
+use super::super::gpu::SharedDevice;
 use super::{Drawn, Job, JobSource};
 use crate::sim::engine::SurfaceParticle;
 use crate::sim::gpu::{GpuError, guarded};
-use crate::surface::field::SurfaceSettings;
+use crate::sim::params::Domain;
+use crate::surface::field::{SurfaceSettings, Tier};
 use crate::surface::gpu::{GpuSurface, MeshTarget, StatusReadback, SurfaceRoom, flag};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
@@ -29,7 +31,9 @@ impl Surfaces {
 
 /// A surface and what it is made for.
 struct Made {
-    drawn: Drawn,
+    tier: Tier,
+    domain: Domain,
+    device: SharedDevice,
     surface: GpuSurface,
     particle_count: u32,
     /// Particles from the processor, and in which state: engine and revision.
@@ -53,13 +57,13 @@ impl Made {
         let settings = SurfaceSettings::new(drawn.tier);
         let surface = GpuSurface::with_grains(&drawn.kernels, &drawn.domain, particle_count, &settings, room)?;
         let readback = StatusReadback::new(drawn.device.wgpu());
-        Ok(Self { drawn: drawn.clone(), surface, particle_count, upload: None, place: None, readback })
+        let (tier, domain, device) = (drawn.tier, drawn.domain, drawn.device.clone());
+        Ok(Self { tier, domain, device, surface, particle_count, upload: None, place: None, readback })
     }
 
     /// Whether it is made for these particles and this mesh.
     fn fits(&self, drawn: &Drawn, particle_count: u32) -> bool {
-        let (a, b) = (&self.drawn, drawn);
-        (a.tier, a.domain, self.particle_count) == (b.tier, b.domain, particle_count) && a.device == b.device
+        (self.tier, self.domain, self.particle_count) == (drawn.tier, drawn.domain, particle_count) && self.device == drawn.device
     }
 }
 
@@ -172,11 +176,11 @@ fn particles(
 
 /// Makes a surface for `count` particles in `made`, if there is none that fits, or if the last status asks for more room.
 fn fit(drawn: &Drawn, entity: Entity, made: &mut HashMap<Entity, Made>, count: u32) -> Result<(), String> {
-    let status = made.get(&entity).and_then(|made| made.readback.take());
+    let fitting = made.get(&entity).filter(|m| m.fits(drawn, count));
+    let status = fitting.and_then(|made| made.readback.take());
     if let Some(status) = status {
         drawn.told().status = Some(status);
     }
-    let fitting = made.get(&entity).filter(|m| m.fits(drawn, count));
     let room = fitting.map_or_else(|| SurfaceRoom::for_particles(count as usize), |m| m.surface.room());
     let needs_more = status.filter(|s| s.flags & (flag::BLOCKS_FULL | flag::SHEETS_FULL) != 0);
     let grown = needs_more.map_or(room, |status| room.grown(&status));

@@ -69,7 +69,7 @@ pub struct GpuLink {
 
 struct Shared {
     device: GpuDevice,
-    /// Without and with cuts.
+    /// The passes for each number of classes.
     kernels: Arc<KernelSets>,
     /// Plans handed in since the last encoding. Never held for long.
     inbox: Mutex<Vec<(FramePlan, u64)>>,

@@ -76,7 +76,7 @@ pub(super) struct Buffers {
     grain_counts: wgpu::Buffer,
 }
 
-/// Words of 4 bytes per node and plane, and per block of the visual grid.
+/// Bytes of a block, by plane: 4 a node.
 const BLOCK_BYTES: u64 = 512 * 4;
 
 impl Buffers {

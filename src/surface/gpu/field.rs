@@ -34,7 +34,7 @@ impl GpuSurface {
         let (slot_counts, kept_slots, is_all) = ([0, count], count, 1);
         let mut status = SurfaceStatus { sheet_count, slot_counts, kept_slots, is_all, ..SurfaceStatus::zeroed() };
         field.sheets.iter().zip(&mut status.sheets).for_each(|(s, number)| *number = u32::from(s.sheet));
-        let dispatch = [0, 1, 1, 0, 0, 1, 1, 0, count, 1, 1, 0, 1, 1, 1, 0, count, 1, 1, 0];
+        let dispatch = [0, 1, 1, 0, 0, 1, 1, 0, count, 1, 1, 0, 1, 1, 1, 0, 0, 1, 1, 0];
         // 2: with these values.
         let work: Vec<[u32; 3]> = entries.iter().zip(0..).map(|(entry, slot)| [slot, *entry, 2]).collect();
         let regions = vec![0u8; self.buffers.regions.size() as usize];

@@ -71,6 +71,7 @@ struct Work { slot: u32, entry: u32, values: u32 }
 
 const ANEW: u32 = 2u;
 
+// Bits of `values`.
 const NEW: u32 = 1u;
 const TAKEN: u32 = 2u;
 // Change of a value that is taken over, where some value of the block has changed by more than HYSTERESIS.

@@ -14,6 +14,4 @@ fn decide() {
     }
     status.kept_slots = status.slot_limits[1];
     status.kept_sheets = status.sheet_count;
-    status.grain_count = status.found_grains;
-    status.extraction_count++;
 }

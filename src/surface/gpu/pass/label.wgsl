@@ -34,19 +34,27 @@ fn label_node(slot: u32, j: u32) {
     cells[slot * 1536u + 512u + j] = bitcast<u32>(own);
 }
 
+// All values of a node are of one frame: those of a cut's sides must not outlast the clay.
+fn take_values(slot: u32, j: u32, values: u32) {
+    var is_taken = status.is_all != 0u;
+    for (var plane = 0u; plane < plane_count(); plane++) {
+        let at = (slot * planes_stored() + plane) * 512u + j;
+        if (values & NEW) != 0u { kept[at] = 0.0; }
+        is_taken = is_taken || ((values & TAKEN) != 0u && abs(fields[at] - kept[at]) > CHANGE_MIN);
+    }
+    for (var plane = 0u; is_taken && plane < plane_count(); plane++) {
+        let at = (slot * planes_stored() + plane) * 512u + j;
+        kept[at] = fields[at];
+    }
+}
+
 @compute @workgroup_size(256)
 fn label(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = work[group.x].slot;
     let values = work[group.x].values;
     if values == 0u || work[group.x].entry == NONE { return; }
-    for (var plane = 0u; plane < plane_count(); plane++) {
-        for (var j = k; j < 512u; j += 256u) {
-            let at = (slot * planes_stored() + plane) * 512u + j;
-            let was = select(kept[at], 0.0, (values & NEW) != 0u);
-            let is_taken = (values & TAKEN) != 0u && (status.is_all != 0u || abs(fields[at] - was) > CHANGE_MIN);
-            kept[at] = select(was, fields[at], is_taken);
-        }
+    for (var j = k; j < 512u; j += 256u) {
+        take_values(slot, j, values);
+        label_node(slot, j);
     }
-    label_node(slot, k);
-    label_node(slot, k + 256u);
 }

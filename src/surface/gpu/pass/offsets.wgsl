@@ -35,8 +35,12 @@ fn add_up(k: u32, first: u32, last: u32) {
     count_sums[k] = count;
 }
 
+fn balls() -> vec2u {
+    return status.found_grains * ball_size(status.found_grains);
+}
+
 fn fits(end: vec2u) -> bool {
-    let all = end + status.grain_count * ball_size(status.grain_count);
+    let all = end + balls();
     return all.x <= params.vertex_capacity && 3u * all.y <= params.index_capacity;
 }
 
@@ -69,11 +73,10 @@ fn offsets(@builtin(local_invocation_index) k: u32) {
     let has_slack = fits(room);
     let has_room = fits(count);
     // From here on the first lane writes the status, which no other reads.
-    workgroupBarrier();
+    storageBarrier();
     if k == 0u {
-        let balls = status.grain_count * ball_size(status.grain_count);
-        status.wanted = room + balls;
-        status.least = count + balls;
+        status.wanted = room + balls();
+        status.least = count + balls();
     }
     if is_kept {
         append(first, last, end + grown_before);
@@ -119,12 +122,13 @@ fn lay_out(first: u32, last: u32, end: vec2u, has_slack: bool) {
 
 // The mesh up to `end`, of which so many blocks are to be written.
 fn finish(end: vec2u, written: u32) {
-    let balls = status.grain_count * ball_size(status.grain_count);
     dispatch[16] = written;
+    status.extraction_count++;
+    status.grain_count = status.found_grains;
     status.is_stale = 0u;
     status.mesh_end = end;
     status.block_count = dispatch[8];
     status.index_count_before = status.index_count;
-    status.vertex_count = end.x + balls.x;
-    status.index_count = 3u * (end.y + balls.y);
+    status.vertex_count = end.x + balls().x;
+    status.index_count = 3u * (end.y + balls().y);
 }
