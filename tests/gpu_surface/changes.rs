@@ -1,8 +1,8 @@
 //! What has changed is extracted, and nothing else; the mesh is that of all blocks all the same.
 
-use super::clay::{CELL, Random, ball, with_dust};
+use super::assert_same;
+use super::clay::{BALL_CENTRE, CELL, Random, ball, changed, dented, with_dust};
 use super::device::{Device, Output, Run, grain_difference};
-use super::{assert_same, changed};
 use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract_field;
@@ -41,7 +41,7 @@ pub(crate) fn a_dent_alone_is_extracted(device: &Device) -> Result<(), Failed> {
     let first = run.frame(&source, false);
     assert_eq!(first.status.block_count, first.status.slot_counts[1], "all at first");
     let top = source.particles.iter().map(|p| p.position[1]).fold(0.0, f32::max);
-    let dented = changed(&source, |all| all.iter_mut().filter(|p| p.position[1] > top - 0.5).for_each(|p| p.position[1] -= 0.2));
+    let dented = dented(&source);
     let second = run.frame(&dented, false);
     assert_whole("dent", &run, &second, &dented, &settings);
     assert!(second.status.is_changed == 1 && second.mesh != first.mesh);
@@ -130,14 +130,16 @@ pub(crate) fn failed_frames_leave_nothing_behind(device: &Device) -> Result<(), 
     let source = ball(5.0, 0.25, 3);
     let mut run = run(device, &source, &settings);
     let first = run.frame(&source, false);
-    let tucked = changed(&source, |all| all.iter_mut().for_each(|p| p.position = all_in_one(p.position)));
+    let middle = BALL_CENTRE.as_vec3();
+    let nearer = |p: &SurfaceParticle| middle.lerp(Vec3::from_array(p.position), 0.4).to_array();
+    let smaller = changed(&source, |all| all.iter_mut().for_each(|p| p.position = nearer(p)));
     for is_new in [true, false] {
         if is_new {
             run.begin_anew(&source, &settings);
         }
         run.capacity = (first.status.least[0] / 2, 700_000);
         assert_eq!(run.frame(&source, !is_new).status.flags, flag::MESH_FULL);
-        let output = run.frame(&tucked, false);
+        let output = run.frame(&smaller, false);
         assert!(output.status.flags == 0 && output.status.index_count < first.status.index_count / 2);
         let left = output.words.1[output.status.index_count as usize..].iter().filter(|i| **i != 0).count();
         assert_eq!(left, 0, "indices of another mesh, of {}", first.status.index_count);
@@ -145,10 +147,4 @@ pub(crate) fn failed_frames_leave_nothing_behind(device: &Device) -> Result<(), 
         run.frame(&source, true);
     }
     Ok(())
-}
-
-/// Towards the middle of the ball.
-fn all_in_one(position: [f32; 3]) -> [f32; 3] {
-    let middle = super::clay::BALL_CENTRE.as_vec3();
-    (middle + 0.4 * (Vec3::from_array(position) - middle)).to_array()
 }

@@ -17,7 +17,7 @@ use bevy_clay::surface::gpu::{SurfaceRoom, flag};
 use bevy_clay::surface::grains::extract_with_grains;
 use bevy_clay::surface::mesh::Mesh;
 use bevy_clay::surface::weld::print_ready;
-use clay::{CELL, CutCube, Random, affine, ball, domain, lattice, scattered, with_dust};
+use clay::{CELL, CutCube, Random, affine, ball, changed, domain, lattice, scattered, with_dust};
 use device::{Device, Output};
 use glam::{DMat3, DVec3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -38,13 +38,6 @@ fn assert_same(name: &str, ours: &Mesh, theirs: &Mesh, distance: f32) {
     assert_eq!(device::difference(ours, theirs, distance), None, "{name}");
     let check = (MeshCheck::of(ours), MeshCheck::of(theirs));
     assert_eq!((check.0.open_edges, check.0.euler, check.0.components), (0, check.1.euler, check.1.components), "{name}");
-}
-
-/// Other particles in the same room.
-fn changed(source: &SurfaceSource, change: impl Fn(&mut Vec<SurfaceParticle>)) -> SurfaceSource {
-    let mut particles = source.particles.to_vec();
-    change(&mut particles);
-    SurfaceSource { domain: source.domain, particles: particles.into() }
 }
 
 /// Random fields of up to three sheets, consistent or not, with whole numbers among them: the same triangles as on the processor.

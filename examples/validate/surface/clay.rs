@@ -114,6 +114,19 @@ pub(crate) fn with_dust(s: &SurfaceSource, count: usize) -> SurfaceSource {
     SurfaceSource { particles: s.particles.iter().chain(&dust.particles[..]).copied().collect::<Vec<_>>().into(), ..dust }
 }
 
+/// Other particles in the same room.
+pub(crate) fn changed(source: &SurfaceSource, change: impl Fn(&mut Vec<SurfaceParticle>)) -> SurfaceSource {
+    let mut particles = source.particles.to_vec();
+    change(&mut particles);
+    SurfaceSource { domain: source.domain, particles: particles.into() }
+}
+
+/// The top half cell of a clay pushed in by a fifth of a cell.
+pub(crate) fn dented(source: &SurfaceSource) -> SurfaceSource {
+    let top = source.particles.iter().map(|p| p.position[1]).fold(0.0, f32::max);
+    changed(source, |all| all.iter_mut().filter(|p| p.position[1] > top - 0.5).for_each(|p| p.position[1] -= 0.2))
+}
+
 /// A cut of no width along a plane; particles within [`BAND`] of it know their side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {

@@ -1,10 +1,9 @@
 //! The surface on the device: with `--engine gpu` alone.
 
-use super::clay::{CELL, CutCube, Random, affine, ball, domain, scattered, with_dust};
+use super::clay::{CELL, CutCube, Random, affine, ball, dented, domain, scattered, with_dust};
 use super::device::{Device, difference, grain_difference};
 use crate::lab::{Size, is_gpu};
 use crate::report::Row;
-use bevy_clay::sim::engine::SurfaceSource;
 use bevy_clay::sim::gpu::GpuDevice;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::{Field, SurfaceSettings};
@@ -43,10 +42,7 @@ pub(crate) fn on_device(size: Size) -> Vec<Row> {
 /// A ball whose top is pushed in by a fifth of a cell and springs back, frame by frame, against all of it anew.
 fn dent(device: &Device, size: Size) -> [Row; 2] {
     let source = ball(size.pick(6.0, 10.0, 14.63), 0.25, 3);
-    let top = source.particles.iter().map(|p| p.position[1]).fold(0.0, f32::max);
-    let mut particles = source.particles.to_vec();
-    particles.iter_mut().filter(|p| p.position[1] > top - 0.5).for_each(|p| p.position[1] -= 0.2);
-    let dented = SurfaceSource { domain: source.domain, particles: particles.into() };
+    let dented = dented(&source);
     let settings = SurfaceSettings::default();
     let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
     let all = run.frame(&source, true).status.block_count;
