@@ -4,7 +4,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-headless() { cargo run --quiet --no-default-features --example headless -- "$@"; }
+cargo build --quiet --no-default-features --example headless
+headless() { "${CARGO_TARGET_DIR:-target}/debug/examples/headless" "$@"; }
 
 # scene NAME TEXT: writes a scene file. mesh NAME FILE: a scene of one mesh.
 scene() { printf '%s\n' "$2" >"$work/$1.ron"; }

@@ -4,6 +4,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # One target folder for all sections, named even if it is the default: `cargo package` and the outside crate share it.
 CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
+# As .cargo/config.toml has it for what runs under cargo.
+export WGPU_BACKEND=${WGPU_BACKEND:-vulkan}
 export CARGO_TARGET_DIR CARGO_TERM_PROGRESS_WHEN=never
 # install.sh has seen to a Vulkan driver: on a build machine its absence is a fault, elsewhere the tests that need it are ignored.
 [ -z "${CI:-}" ] || export CLAY_GPU=${CLAY_GPU:-require}
@@ -41,35 +43,25 @@ check_scripts() {
     fi
 }
 
-run_examples() {
-    local example scene name
+# Programs and examples that need no Bevy, built once. Every example has to be named here or in run_windows.
+run_programs() {
+    local example scene bin=$CARGO_TARGET_DIR/debug
+    cargo build --quiet --no-default-features --bins --example headless
     for example in examples/*.rs examples/*/main.rs; do
-        [ -e "$example" ] || continue
-        name=${example#examples/}
-        name=${name%/main.rs}
-        name=${name%.rs}
-        case $name in
-        headless)
-            for scene in assets/scenes/*.ron; do
-                echo "headless $scene, 3 frames"
-                cargo run --quiet --no-default-features --example headless -- "$scene" \
-                    --out "$results/$(basename "$scene" .ron)" --frames 3
-            done
-            ;;
-        stability_map)
-            cargo run --quiet --no-default-features --example stability_map -- --out "$results/stability_map" --quick
-            ;;
-        chart)
-            cargo run --quiet --no-default-features --example chart -- --smoke --out "$results/chart"
-            ;;
-        validate) ;; # has a section of its own
-        minimal | sculpt | gallery) ;; # draw: see run_windows
+        case $example in
+        examples/headless.rs | examples/minimal.rs | examples/sculpt/main.rs | examples/gallery/main.rs) ;;
         *)
-            echo "example $name is not run by scripts/test.sh: add it" >&2
+            echo "$example is not run by scripts/test.sh: add it" >&2
             return 1
             ;;
         esac
     done
+    for scene in assets/scenes/*.ron; do
+        echo "headless $scene, 3 frames"
+        "$bin/examples/headless" "$scene" --out "$results/$(basename "$scene" .ron)" --frames 3
+    done
+    "$bin/stability_map" --out "$results/stability_map" --quick
+    "$bin/chart" --smoke --out "$results/chart"
 }
 
 # in_window COMMAND...: with the display there is, or one of its own.
@@ -84,7 +76,7 @@ in_window() {
 # Every example with a window, for some frames. Bad arguments of `sculpt` are one line and exit code 2.
 run_windows() {
     local status lines bad examples=$CARGO_TARGET_DIR/debug/examples
-    cargo build --quiet --example minimal --example sculpt
+    cargo build --quiet -p bevy_clay --example minimal --example sculpt --example headless --example gallery
     in_window "$examples/minimal" --frames 60
     in_window "$examples/sculpt" --script --frames 3000 --screenshot "$results/sculpt.png"
     for bad in "--frames 0" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
@@ -100,20 +92,20 @@ run_windows() {
         echo "ok $(cat "$results/stderr")"
     done
     bash scripts/window.sh "$results/window"
-    cargo run --quiet --example headless -- assets/scenes/cube_cut.ron --out "$results/pictures" --frames 3 --pictures 2
-    cargo run --quiet --example gallery -- --out "$results/gallery" --quick --only half_open
+    "$examples/headless" assets/scenes/cube_cut.ron --out "$results/pictures" --frames 3 --pictures 2
+    "$examples/gallery" --out "$results/gallery" --quick --only half_open
 }
 
 validate() {
     # In the dev profile, which is optimised too and is built already.
-    cargo run --quiet --no-default-features --example validate -- all --quick --json "$results/validate.json"
+    "$CARGO_TARGET_DIR/debug/validate" all --quick --json "$results/validate.json"
 }
 
 # The crate as it would be published: small enough, and all there. An app that is no member of anything depends on it and presses a ball into clay.
 package() {
     local dirty=() crate size
     [ -n "${CI:-}" ] || dirty=(--allow-dirty)
-    cargo package --quiet --no-verify "${dirty[@]}"
+    cargo package --quiet -p bevy_clay --no-verify "${dirty[@]}"
     crate=$(ls "$CARGO_TARGET_DIR"/package/bevy_clay-*.crate)
     size=$(stat -c %s "$crate")
     echo "$crate: $((size / 1024)) KiB"
@@ -134,16 +126,16 @@ section "tools" bash scripts/install.sh --window --test rustfmt clippy
 section "format" cargo fmt --check
 section "scripts" check_scripts
 section "lints without Bevy" cargo clippy --quiet --no-default-features --all-targets -- -D warnings
-section "tests without Bevy" cargo test --quiet --no-default-features --lib --tests --examples
+section "tests without Bevy" cargo test --quiet --no-default-features --lib --bins --tests --examples
 section "doc tests without Bevy" cargo test --quiet --no-default-features --doc
-section "examples" run_examples
+section "programs" run_programs
 section "bad input" bash scripts/bad_input.sh
 section "validate, quick" validate
-section "lints with Bevy" cargo clippy --quiet --all-targets -- -D warnings
-section "tests with Bevy" cargo test --quiet --lib --test plugin --test gpu_app
+section "lints with Bevy" cargo clippy --quiet -p bevy_clay --all-targets -- -D warnings
+section "tests with Bevy" cargo test --quiet -p bevy_clay --lib --test plugin --test gpu_app --example gallery
 section "examples with Bevy" run_windows
-section "doc tests with Bevy" cargo test --quiet --doc
-section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps
+section "doc tests with Bevy" cargo test --quiet -p bevy_clay --doc
+section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps -p bevy_clay
 section "package and an app outside" package
 
 printf '\n== all checks passed in %d s; results in %s\n' "$SECONDS" "$results"

@@ -17,7 +17,7 @@ trap 'rm -rf "$work"' EXIT
 dump() {
   local folder=$1
   shift
-  cargo run --quiet --release --no-default-features --example validate -- surface --dump "$folder" "$@"
+  cargo run --quiet --release --no-default-features --bin validate -- surface --dump "$folder" "$@"
 }
 dump "$work/before" --json "$work/rows.json" "${@:2}"
 status=0

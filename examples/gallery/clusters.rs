@@ -51,3 +51,34 @@ pub(crate) fn meshes() -> [(&'static str, Mesh); 2] {
         ("surface and grains", extract_with_grains(&clay, &SurfaceSettings::default()).drawn()),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The picture of small clusters beside a ball: by Equation 9 they are gone, ours shows each with its volume.
+    #[test]
+    fn clusters_beside_a_ball_show() {
+        let particles = clay().particles.len();
+        let [(_, published), (_, ours)] = meshes();
+        let volumes = |mesh: &Mesh| {
+            let mut volumes: Vec<f64> = mesh.components().iter().map(|b| b.volume() / CELL.powi(3) * 8.0).collect();
+            volumes.sort_by(f64::total_cmp);
+            volumes
+        };
+        // Volumes in particles. What is left of the 42 of the clusters has less than one.
+        let published = volumes(&published);
+        assert!(published.iter().rev().skip(1).all(|v| *v < 1.0), "{published:?}");
+        let ours = volumes(&ours);
+        println!("{published:.2?} {ours:.2?} {particles}");
+        assert_eq!(
+            ours.len(),
+            1 + 2 + 4 + 8 + 1 + 1,
+            "a ball for each particle of the small ones, a body for each of the others"
+        );
+        assert!(ours[..15].iter().all(|v| (v - 1.0).abs() < 1e-3), "{ours:?}");
+        assert!((ours[15] / 27.0 - 1.0).abs() < 0.25, "{ours:?}");
+        // A ball of 4 cells is all skin.
+        assert!((ours[16] / (particles - 42) as f64 - 1.0).abs() < 0.05, "{ours:?}");
+    }
+}

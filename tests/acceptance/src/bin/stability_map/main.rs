@@ -1,0 +1,254 @@
+//! Where a run blows up, over step, stiffness and tool speed, for the law as published and the one by default: CSV, PNG and SVG.
+//!
+//! `cargo run --release --no-default-features --bin stability_map -- --out DIR [--quick]`
+//!
+//! A block of clay stands on a sticky floor for 0.3 s; then a rod goes down into it to mid-height and stays there to 0.6 s. The step is set past every
+//! limiter. A run has blown up when a frame was redone for speed or given up, a particle's stretch left 0.05 .. 20, a number is not finite, or the
+//! energy that the tool did not bring grew beyond 1.5 times the first.
+//!
+//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does. 2: bad arguments, or the files cannot be written.
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints where its files are, and errors")]
+
+mod picture;
+
+use bevy_clay::sim::plan::STEP_FRACTION;
+use bevy_clay::sim::prelude::*;
+use clap::Parser;
+use clay_acceptance::cases::collapse::{Collapse, Touch};
+use clay_acceptance::plot;
+use picture::Map;
+use rayon::prelude::*;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Maps where a run blows up, over step, stiffness and tool speed.
+#[derive(Parser)]
+struct Args {
+    /// Folder of stability_map.csv, .png and .svg; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// A coarse map, in less than a minute.
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Yield stress of the default clay far from the tool [Pa]; near it is a fifth, as in the reference computation of the published law's failure.
+const YIELD_STRESS: f64 = 1e4;
+/// Growth of the energy that is a blow-up.
+const GROWTH_MAX: f64 = 1.5;
+
+/// A law under test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Law {
+    /// In the files.
+    pub(crate) name: &'static str,
+    law: ClayLaw,
+    softening: f64,
+    poisson_ratio: f64,
+    /// Softening length [cells].
+    length: f64,
+}
+
+const LAWS: [Law; 2] = [
+    Law { name: "by default", law: ClayLaw::Softened, softening: 0.8, poisson_ratio: 0.45, length: 3.0 },
+    Law { name: "as published", law: ClayLaw::AsPublished, softening: 0.0, poisson_ratio: 0.1, length: 3.0 },
+];
+
+impl Law {
+    /// The clay with Young's modulus over yield stress `stiffness`.
+    fn material(&self, stiffness: f64, cell_width: f64) -> ClayMaterial {
+        ClayMaterial {
+            density: 1000.0,
+            young_modulus: stiffness * YIELD_STRESS,
+            poisson_ratio: self.poisson_ratio,
+            yield_stress: YIELD_STRESS,
+            softening: self.softening,
+            softening_length: self.length * cell_width,
+            law: self.law,
+            ..ClayMaterial::default()
+        }
+    }
+}
+
+/// What a run is at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    /// Index of the law.
+    pub(crate) law: usize,
+    /// Index of the tool's speed.
+    pub(crate) speed: usize,
+    /// Index of the stiffness.
+    pub(crate) stiffness: usize,
+    /// Index of the step.
+    pub(crate) step: usize,
+}
+
+/// How a run ended, in the order of the tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// Nothing blew up.
+    Sound,
+    /// A frame was given up, or a number is not finite.
+    GivenUp,
+    /// A frame was redone with smaller steps: a node went further than half a cell in a substep.
+    Speed,
+    /// A particle's stretch left 0.05 .. 20.
+    Stretch,
+    /// Energy from nothing.
+    Energy,
+}
+
+impl End {
+    /// A word for it, and the letter on the map.
+    pub(crate) fn name(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Sound => ("sound", ""),
+            Self::GivenUp => ("given up", "G"),
+            Self::Speed => ("speed", "V"),
+            Self::Stretch => ("stretch", "J"),
+            Self::Energy => ("energy", "E"),
+        }
+    }
+}
+
+/// The axes of the map.
+pub(crate) struct Axes {
+    /// Time step over the isolated particle's limit.
+    pub(crate) steps: Vec<f64>,
+    /// Young's modulus over yield stress.
+    pub(crate) stiffness: Vec<f64>,
+    /// Tool speed over the wave speed.
+    pub(crate) speeds: Vec<f64>,
+    cells_per_metre: i32,
+}
+
+impl Axes {
+    fn new(quick: bool) -> Self {
+        if quick {
+            return Self {
+                steps: vec![0.35, 0.7, 1.4, 2.1],
+                stiffness: vec![10.0, 55.0],
+                speeds: vec![0.05, 0.25],
+                cells_per_metre: 20,
+            };
+        }
+        Self {
+            steps: vec![0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0],
+            stiffness: vec![10.0, 30.0, 55.0, 100.0, 300.0],
+            speeds: vec![0.01, 0.05, 0.25],
+            cells_per_metre: 24,
+        }
+    }
+
+    fn points(&self) -> Vec<Point> {
+        let mut points = vec![];
+        for law in 0..LAWS.len() {
+            for speed in 0..self.speeds.len() {
+                for stiffness in 0..self.stiffness.len() {
+                    points.extend((0..self.steps.len()).map(|step| Point { law, speed, stiffness, step }));
+                }
+            }
+        }
+        points
+    }
+}
+
+/// One run: how it ended, and the greatest energy over the first.
+fn run(axes: &Axes, point: Point) -> (End, f64) {
+    let cell_width = 1.0 / f64::from(axes.cells_per_metre);
+    let material = LAWS[point.law].material(axes.stiffness[point.stiffness], cell_width);
+    let dt = axes.steps[point.step] * material.time_step_limit(cell_width, material.density);
+    let mut block = Collapse::new(material, axes.cells_per_metre, dt, Touch::Rod, 1);
+    let speed = axes.speeds[point.speed] * material.wave_speed(material.density);
+    // Frames of a hundredth of a second, and shorter while a fast rod goes down.
+    let frame_steps = |time: f64| (time / dt).ceil().max(1.0) as u32;
+    let way = block.height / 2.0 * cell_width;
+    let (mut time, mut gone, mut first, mut growth) = (0.0, 0.0, f64::NAN, 1.0f64);
+    while time < 0.6 {
+        let is_moving = time >= 0.3 && gone < way;
+        let steps = frame_steps(if is_moving { (0.02f64).min((way - gone) / speed) } else { 0.02 });
+        let report = block.frame(steps, if is_moving { speed } else { 0.0 });
+        gone += if is_moving { speed * duration(steps, dt) } else { 0.0 };
+        time += duration(steps, dt);
+        let energy = block.energy(&report, &block.lab.particles()) - block.tool_work;
+        first = if first.is_nan() { energy } else { first };
+        growth = growth.max(energy / first);
+        let end = judge(&report, energy, growth);
+        if end != End::Sound {
+            return (end, growth);
+        }
+    }
+    (End::Sound, growth)
+}
+
+fn duration(steps: u32, dt: f64) -> f64 {
+    f64::from(steps) * dt
+}
+
+fn judge(report: &FrameReport, energy: f64, growth: f64) -> End {
+    if report.health.contains(Health::GIVEN_UP) || report.health.contains(Health::NON_FINITE) || !energy.is_finite() {
+        End::GivenUp
+    } else if report.redone > 0 {
+        End::Speed
+    } else if report.clamped > 0 {
+        End::Stretch
+    } else if growth > GROWTH_MAX {
+        End::Energy
+    } else {
+        End::Sound
+    }
+}
+
+fn csv(axes: &Axes, results: &[(Point, End, f64)]) -> String {
+    let mut text = "law,tool speed over wave speed,E over yield stress,dt over limit,blown up,why,energy over first\n".to_owned();
+    for (p, end, growth) in results {
+        let (law, why) = (LAWS[p.law].name, end.name().0);
+        let (speed, stiffness, step) = (axes.speeds[p.speed], axes.stiffness[p.stiffness], axes.steps[p.step]);
+        let blown = u8::from(*end != End::Sound);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{law},{speed},{stiffness},{step:.3},{blown},{why},{growth:.4}");
+    }
+    text
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let axes = Axes::new(args.quick);
+    if let Err(error) = std::fs::create_dir_all(&args.out) {
+        eprintln!("error: --out {}: {error}", args.out.display());
+        return ExitCode::from(2);
+    }
+    let results: Vec<(Point, End, f64)> = axes
+        .points()
+        .into_par_iter()
+        .map(|point| {
+            let (end, growth) = run(&axes, point);
+            (point, end, growth)
+        })
+        .collect();
+    let stem = args.out.join("stability_map");
+    let table = stem.with_extension("csv");
+    if let Err(error) = std::fs::write(&table, csv(&axes, &results)) {
+        eprintln!("error: --out {}: {error}", table.display());
+        return ExitCode::from(2);
+    }
+    let map = Map { axes: &axes, laws: LAWS.map(|l| l.name), results: &results };
+    let files = match plot::write(&map, &stem, map.size()) {
+        Ok(files) => files,
+        Err(error) => {
+            eprintln!("error: --out {}: {error}", args.out.display());
+            return ExitCode::from(2);
+        }
+    };
+    println!("{}", table.display());
+    files.iter().for_each(|f| println!("{}", f.display()));
+    let blown = |law: usize| {
+        let at = |p: &Point, end: End| p.law == law && axes.steps[p.step] <= STEP_FRACTION + 1e-9 && end != End::Sound;
+        results.iter().filter(|(p, end, _)| at(p, *end)).count()
+    };
+    for (law, Law { name, .. }) in LAWS.iter().enumerate() {
+        println!("law {name}: {} runs blew up at up to {STEP_FRACTION} of the limit", blown(law));
+    }
+    if blown(0) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,260 @@
+//! What the cases share: rooms, blocks of clay, and a bench that runs frames of it.
+
+use bevy_clay::sim::engine::Validation;
+use bevy_clay::sim::params::WALL_NODE;
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec3, IVec3};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// Cell width of the cases [m]: not 1, so that a missing factor shows.
+pub const DX: f64 = 0.004;
+
+/// How large the cases are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// `cargo test`: a second or two a case.
+    Test,
+    /// `--quick`.
+    Quick,
+    /// The acceptance figures.
+    Full,
+}
+
+impl Size {
+    /// The value for this size.
+    pub fn pick<T>(self, test: T, quick: T, full: T) -> T {
+        match self {
+            Self::Test => test,
+            Self::Quick => quick,
+            Self::Full => full,
+        }
+    }
+}
+
+/// Elastic clay.
+pub fn elastic(poisson_ratio: f64) -> ClayMaterial {
+    ClayMaterial { yield_stress: f64::INFINITY, poisson_ratio, ..Preset::SoftClay.material() }
+}
+
+/// Time step [s] of CFL number `cfl` = c dt / dx.
+pub fn wave_step(material: &ClayMaterial, cfl: f64) -> f64 {
+    cfl * DX / material.wave_speed(material.density)
+}
+
+/// Time step [s] at the default fraction of the stability limit.
+pub fn stable_step(material: &ClayMaterial) -> f64 {
+    bevy_clay::sim::plan::STEP_FRACTION * material.time_step_limit(DX, material.density)
+}
+
+/// A room of `cells` between walls all of one kind, away from the world's origin.
+pub fn room(cells: [i32; 3], wall: Wall) -> Domain {
+    room_with(cells, Walls { low: [wall; 3], high: [wall; 3] })
+}
+
+/// A room of `cells` between `walls`.
+pub fn room_with(cells: [i32; 3], walls: Walls) -> Domain {
+    let low = DVec3::new(0.1, -0.05, 0.2);
+    Domain::new(low, low + IVec3::from_array(cells).as_dvec3() * DX, DX, walls).expect("a sound room")
+}
+
+/// World position [m] of a point given in cells from the room's low corner.
+pub fn world(domain: &Domain, cells: DVec3) -> DVec3 {
+    domain.to_world(cells + f64::from(WALL_NODE))
+}
+
+/// A particle's place in cells from the room's low corner.
+pub fn place(particle: &Particle) -> DVec3 {
+    particle.grid() - f64::from(WALL_NODE)
+}
+
+/// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's low corner.
+pub fn block(low: DVec3, size: IVec3) -> Vec<Particle> {
+    lattice(low, size, 2)
+}
+
+/// A block of clay with `per_axis` particles along each axis of a cell; `low` and `size` in cells from the room's low corner.
+pub fn lattice(low: DVec3, size: IVec3, per_axis: i32) -> Vec<Particle> {
+    let spacing = 1.0 / f64::from(per_axis);
+    let volume = (DX * spacing).powi(3) as f32;
+    let n = size * per_axis;
+    let at = |i: i32| IVec3::new(i / (n.y * n.z), i / n.z % n.y, i % n.z).as_dvec3();
+    let particle = |i: i32| Particle::at(low + (at(i) + 0.5) * spacing + f64::from(WALL_NODE), volume, i.cast_unsigned());
+    (0..n.x * n.y * n.z).map(particle).collect()
+}
+
+/// The clay of a body in the block of `size` cells at the room's low corner: what of each eighth of a cell is inside, at its centroid. Bodies with round faces
+/// have no steps.
+pub fn carved(size: IVec3, is_inside: &dyn Fn(DVec3) -> bool) -> Vec<Particle> {
+    const POINTS: i32 = 6;
+    let mut particles = block(DVec3::ZERO, size);
+    particles.retain_mut(|p| {
+        let centre = place(p);
+        let (mut count, mut sum) = (0.0, DVec3::ZERO);
+        for i in 0..POINTS.pow(3) {
+            let at = IVec3::new(i / (POINTS * POINTS), i / POINTS % POINTS, i % POINTS).as_dvec3();
+            let shift = (at + 0.5) / (2.0 * f64::from(POINTS)) - 0.25;
+            if is_inside(centre + shift) {
+                count += 1.0;
+                sum += shift;
+            }
+        }
+        if count > 0.0 {
+            p.rest_volume *= (count / f64::from(POINTS.pow(3))) as f32;
+            p.set_grid(p.grid() + sum / count);
+        }
+        count > 0.0
+    });
+    particles
+}
+
+/// Random numbers in [-1, 1).
+pub struct Random(u64);
+
+impl Random {
+    /// Numbers of `seed`.
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
+    }
+
+    /// The next number, uniform in [-1, 1).
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+    }
+}
+
+/// Moves each particle by up to `amount` cells along each axis.
+pub fn jitter(particles: &mut [Particle], amount: f64, seed: u64) {
+    let mut random = Random::new(seed);
+    for p in particles {
+        let shift = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * amount;
+        p.set_grid(p.grid() + shift);
+    }
+}
+
+/// Gives a particle a velocity [m/s].
+pub fn set_velocity(particle: &mut Particle, velocity: DVec3) {
+    particle.velocity = velocity.as_vec3().to_array();
+}
+
+/// A particle's velocity [m/s].
+pub fn velocity(particle: &Particle) -> DVec3 {
+    DVec3::from_array(particle.velocity.map(f64::from))
+}
+
+/// Elastic clay or other, at rest at time 0.
+pub fn snapshot(domain: Domain, material: ClayMaterial, particles: Vec<Particle>) -> Snapshot {
+    Snapshot { domain, material, time: 0.0, particles }
+}
+
+/// A tool on a straight way, seen frame by frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Mover {
+    /// Names the tool.
+    pub id: u32,
+    /// The tool.
+    pub tool: Tool,
+    /// Where it is [m].
+    pub pose: Pose,
+    /// How it moves [m/s].
+    pub velocity: DVec3,
+}
+
+impl Mover {
+    /// A tool whose shape is given in cells, at `at` cells from the room's low corner.
+    pub fn new(domain: &Domain, shape: ToolShape, contact: Contact, at: DVec3, rotation: DQuat) -> Self {
+        let tool = Tool { shape: shape.scaled(DX), contact };
+        Self { id: 1, tool, pose: Pose { position: world(domain, at), rotation }, velocity: DVec3::ZERO }
+    }
+
+    /// The tool's way over the next `duration` [s]; moves it there.
+    pub fn path(&mut self, duration: f64) -> ToolPath {
+        let start = self.pose;
+        self.pose.position += self.velocity * duration;
+        let sample = |time, pose| PoseSample { time, pose };
+        ToolPath { id: self.id, tool: self.tool, sheet: 0, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
+    }
+}
+
+/// The GPU engine that the cases run on, if it is not the native one.
+pub static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
+
+/// Whether the cases run on the GPU engine, which refuses the inputs of validation cases beyond damping.
+pub fn is_gpu() -> bool {
+    GPU.get().is_some()
+}
+
+/// An engine without clay; the native one on `threads` cores, 0 for all.
+pub fn engine(threads: usize) -> Box<dyn Engine> {
+    match GPU.get() {
+        Some(first) => Box::new(first.lock().unwrap_or_else(PoisonError::into_inner).sibling()),
+        None => Box::new(NativeEngine::with_threads(threads)),
+    }
+}
+
+/// An engine with clay in it and the plan of its next frame.
+pub struct Lab {
+    /// The engine.
+    pub engine: Box<dyn Engine>,
+    /// What the next frame is made from; `steps` and `tools` are filled in.
+    pub plan: FramePlan,
+}
+
+impl Lab {
+    /// Loads `snapshot` into an engine on all cores; no gravity.
+    pub fn new(snapshot: &Snapshot, dt: f64) -> Self {
+        Self::with_threads(snapshot, dt, 0)
+    }
+
+    /// Loads `snapshot` into an engine on `threads` cores, 0 for all.
+    pub fn with_threads(snapshot: &Snapshot, dt: f64, threads: usize) -> Self {
+        let mut engine = engine(threads);
+        engine.load(snapshot).expect("the clay loads");
+        let plan = FramePlan {
+            id: 0,
+            dt,
+            steps: 1,
+            material: snapshot.material,
+            density_scale: 1.0,
+            gravity: DVec3::ZERO,
+            tools: vec![],
+            volume_averaging: 0.0,
+            cutting: CuttingMethod::default(),
+            seed: 0,
+            validation: Validation::default(),
+        };
+        Self { engine, plan }
+    }
+
+    /// Runs a frame of `steps` substeps with `tools`.
+    pub fn frame_with(&mut self, steps: u32, tools: Vec<ToolPath>) -> FrameReport {
+        self.plan.id += 1;
+        self.plan.steps = steps;
+        self.plan.tools = tools;
+        self.engine.submit(self.plan.clone()).expect("a sound plan");
+        self.engine.wait().expect("the engine runs")
+    }
+
+    /// Runs a frame of `steps` substeps without tools.
+    pub fn frame(&mut self, steps: u32) -> FrameReport {
+        self.frame_with(steps, vec![])
+    }
+
+    /// Runs a frame of `steps` substeps with one tool that moves on.
+    pub fn frame_moving(&mut self, steps: u32, mover: &mut Mover) -> FrameReport {
+        let path = mover.path(self.plan.dt * f64::from(steps));
+        self.frame_with(steps, vec![path])
+    }
+
+    /// The clay now, particles by id.
+    pub fn particles(&self) -> Vec<Particle> {
+        let mut particles = self.engine.save().expect("clay is loaded").particles;
+        particles.sort_by_key(|p| p.id);
+        particles
+    }
+}
+
+/// Whether every particle is finite, with its volume ratio in (0.05, 20).
+pub fn is_sound(particles: &[Particle]) -> bool {
+    particles.iter().all(|p| p.is_finite() && (0.05..20.0).contains(&p.volume_ratio()))
+}

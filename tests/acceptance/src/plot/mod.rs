@@ -1,0 +1,94 @@
+//! Pictures of measured figures, as SVG and PNG: the same painting on both, with a font of its own, so that a bare machine draws them too.
+
+mod text;
+
+use ab_glyph::FontRef;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use text::Typeset;
+
+/// The family of all text: Ubuntu Light, which comes with the crate `epaint_default_fonts`.
+pub const FONT: &str = "sans-serif";
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// A file could not be written.
+    #[error("{0}: {1}")]
+    File(PathBuf, std::io::Error),
+    /// The picture could not be painted.
+    #[error("the picture could not be painted: {0}")]
+    Paint(String),
+}
+
+/// What any back end paints with.
+pub type Area<B> = DrawingArea<B, Shift>;
+
+/// What painting on `B` comes to.
+pub type Painted<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+/// A picture, painted the same on every back end.
+pub trait Picture {
+    /// Paints on the whole of `area`, which is white.
+    fn paint<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B>;
+}
+
+/// Writes `stem.svg` and `stem.png` of `size` pixels; returns their names.
+///
+/// # Errors
+/// A file that cannot be written, or a picture that cannot be painted.
+pub fn write(picture: &impl Picture, stem: &Path, size: (u32, u32)) -> Result<[PathBuf; 2], PlotError> {
+    let unreadable = || PlotError::Paint("the font cannot be read".into());
+    for style in [FontStyle::Normal, FontStyle::Bold] {
+        register_font(FONT, style, epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
+    }
+    let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
+    let files = ["svg", "png"].map(|ending| stem.with_extension(ending));
+    let mut svg = String::new();
+    paint_on(picture, SVGBackend::with_string(&mut svg, size))?;
+    write_file(&files[0], svg.as_bytes())?;
+
+    let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
+    paint_on(picture, Typeset::new(BitMapBackend::with_buffer(&mut pixels, size), font))?;
+    let png = encode_png(&pixels, size).map_err(|e| PlotError::Paint(e.to_string()))?;
+    write_file(&files[1], &png)?;
+    Ok(files)
+}
+
+fn paint_on<B: DrawingBackend>(picture: &impl Picture, backend: B) -> Result<(), PlotError> {
+    let area = backend.into_drawing_area();
+    let paint = || {
+        area.fill(&WHITE)?;
+        picture.paint(&area)?;
+        area.present()
+    };
+    paint().map_err(|e: DrawingAreaErrorKind<B::ErrorType>| PlotError::Paint(e.to_string()))
+}
+
+/// The whole file or none: beside it first, then renamed.
+fn write_file(file: &Path, bytes: &[u8]) -> Result<(), PlotError> {
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    let write = || {
+        std::fs::create_dir_all(folder)?;
+        let mut beside = tempfile::NamedTempFile::new_in(folder)?;
+        beside.write_all(bytes)?;
+        beside.persist(file)?;
+        Ok(())
+    };
+    write().map_err(|e| PlotError::File(file.to_owned(), e))
+}
+
+fn encode_png(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = vec![];
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}

@@ -1,0 +1,164 @@
+//! Rows of a validation run, and the list of known misses they are judged against.
+
+use serde::{Deserialize, Serialize};
+
+/// Which side of its limit a value has to be on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Bound {
+    /// At most the limit.
+    Max,
+    /// At least the limit.
+    Min,
+    /// There is no limit: the figure is reported, not judged.
+    None,
+}
+
+/// One measured figure.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// What was measured.
+    pub case: String,
+    /// What came out; not finite where nothing could be measured.
+    pub value: f64,
+    /// Unit of value and limit.
+    pub unit: &'static str,
+    /// What it has to be.
+    pub limit: f64,
+    /// The side of the limit.
+    pub bound: Bound,
+    /// Whether it is.
+    pub ok: bool,
+}
+
+impl Row {
+    /// A figure that must not exceed `limit`. NaN does not pass.
+    pub fn at_most(case: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
+        Self { case: case.into(), value, unit, limit, bound: Bound::Max, ok: value <= limit }
+    }
+
+    /// A figure that must reach `limit`. NaN does not pass.
+    pub fn at_least(case: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
+        Self { case: case.into(), value, unit, limit, bound: Bound::Min, ok: value >= limit }
+    }
+
+    /// A figure that is reported and not judged.
+    pub fn figure(case: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self { case: case.into(), value, unit, limit: f64::NAN, bound: Bound::None, ok: true }
+    }
+
+    /// Whether the value is on the wrong side of `reference` by more than 10 % of it.
+    fn is_worse_than(&self, reference: f64) -> bool {
+        let slack = 0.1 * reference.abs();
+        match self.bound {
+            Bound::Max => self.value > reference + slack,
+            Bound::Min => self.value < reference - slack,
+            Bound::None => false,
+        }
+    }
+}
+
+/// A miss that is known and written down.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct KnownMiss {
+    /// The row's case.
+    pub case: String,
+    /// The limit it misses: a changed limit needs a new look.
+    pub limit: f64,
+    /// What was measured.
+    pub value: f64,
+    /// Why it is so.
+    pub reason: String,
+}
+
+/// What a row means for the run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict<'a> {
+    /// Within its limit.
+    Pass,
+    /// Reported, without a limit.
+    Figure,
+    /// A known miss, no worse than known.
+    Miss(&'a str),
+    /// The run fails, for this reason.
+    Fail(&'static str),
+}
+
+/// Judges a row against the list.
+pub fn judge<'a>(row: &Row, known: &'a [KnownMiss]) -> Verdict<'a> {
+    let listed = known.iter().find(|k| k.case == row.case);
+    match (row.ok, listed) {
+        _ if row.bound == Bound::None => Verdict::Figure,
+        (true, None) => Verdict::Pass,
+        (true, Some(_)) => Verdict::Fail("passes now: take it off docs/known_misses.ron"),
+        (false, None) => Verdict::Fail("misses its limit"),
+        (false, Some(k)) if k.limit != row.limit => Verdict::Fail("is listed with another limit"),
+        (false, Some(k)) if !row.value.is_finite() || row.is_worse_than(k.value) => {
+            Verdict::Fail("is more than 10 % worse than the known miss")
+        }
+        (false, Some(k)) => Verdict::Miss(&k.reason),
+    }
+}
+
+/// Reads the list of known misses.
+///
+/// # Errors
+/// Text that is not such a list.
+pub fn parse_known(text: &str) -> Result<Vec<KnownMiss>, ron::error::SpannedError> {
+    ron::from_str(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known() -> Vec<KnownMiss> {
+        parse_known(
+            r#"[
+                (case: "offset", limit: 0.5, value: 0.8, reason: "nodes reach far"),
+                (case: "order", limit: 1.8, value: 1.5, reason: "f32"),
+            ]"#,
+        )
+        .expect("a sound list")
+    }
+
+    #[test]
+    fn unlisted_rows_pass_or_fail_by_their_limit() {
+        assert_eq!(judge(&Row::at_most("fall", 1e-6, "-", 1e-5), &known()), Verdict::Pass);
+        assert!(matches!(judge(&Row::at_most("fall", 1e-4, "-", 1e-5), &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_least("other order", 1.7, "-", 1.8), &known()), Verdict::Fail(_)));
+    }
+
+    /// A figure without a limit is none that could miss it.
+    #[test]
+    fn figures_are_not_judged() {
+        let row = Row::figure("offset", f64::NAN, "cells");
+        assert_eq!(judge(&row, &known()), Verdict::Figure);
+        assert!(serde_json::to_string(&row).expect("a row").contains(r#""limit":null,"bound":"none""#));
+    }
+
+    #[test]
+    fn listed_miss_is_let_through_until_it_is_a_tenth_worse() {
+        assert_eq!(judge(&Row::at_most("offset", 0.87, "cells", 0.5), &known()), Verdict::Miss("nodes reach far"));
+        assert!(matches!(judge(&Row::at_most("offset", 0.89, "cells", 0.5), &known()), Verdict::Fail(_)));
+        assert_eq!(judge(&Row::at_least("order", 1.36, "-", 1.8), &known()), Verdict::Miss("f32"));
+        assert!(matches!(judge(&Row::at_least("order", 1.34, "-", 1.8), &known()), Verdict::Fail(_)));
+    }
+
+    #[test]
+    fn listed_miss_that_passes_fails_the_run() {
+        assert!(matches!(judge(&Row::at_most("offset", 0.4, "cells", 0.5), &known()), Verdict::Fail(_)));
+    }
+
+    #[test]
+    fn listed_miss_with_another_limit_fails_the_run() {
+        assert!(matches!(judge(&Row::at_most("offset", 0.8, "cells", 0.6), &known()), Verdict::Fail(_)));
+    }
+
+    /// A value that could not be measured is neither a pass nor a known miss.
+    #[test]
+    fn nan_fails_the_run() {
+        assert!(matches!(judge(&Row::at_most("fall", f64::NAN, "-", 1.0), &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_most("offset", f64::NAN, "cells", 0.5), &known()), Verdict::Fail(_)));
+    }
+}

@@ -1,0 +1,280 @@
+//! The native engine against the f64 oracle.
+
+use bevy_clay::prelude::*;
+use bevy_clay::sim::engine::Validation;
+use bevy_clay::sim::oracle::Oracle;
+use bevy_clay::sim::validation::{AffineDrive, Manufactured};
+use clay_acceptance::agreement::{self, Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};
+use glam::{DMat3, DQuat, DVec2, DVec3, IVec3};
+use std::f64::consts::PI;
+
+fn assert_all(cases: Vec<Agreement>) {
+    let mut engine = NativeEngine::new();
+    for case in cases {
+        assert_close(&mut engine, &case);
+    }
+}
+
+#[test]
+fn impact_agrees() {
+    assert_all(agreement::impact());
+}
+
+#[test]
+fn asymmetric_deformation_agrees() {
+    assert_all(agreement::asymmetric_deformation());
+}
+
+#[test]
+fn solid_tools_agree() {
+    assert_all(agreement::solid_tools());
+}
+
+#[test]
+fn blades_agree() {
+    assert_all(agreement::blades());
+}
+
+#[test]
+fn other_blades_agree() {
+    assert_all(agreement::other_blades());
+}
+
+#[test]
+fn kept_cut_agrees() {
+    assert_all(agreement::kept_cut());
+}
+
+#[test]
+fn crossed_cuts_agree() {
+    assert_all(agreement::crossed_cuts());
+}
+
+#[test]
+fn cut_through_cuts_agrees() {
+    assert_all(agreement::recut());
+}
+
+#[test]
+fn welding_agrees() {
+    let welded = agreement::welding().iter().map(|a| Oracle::new(&a.case.snapshot).run(&a.case.plan).welded).collect::<Vec<_>>();
+    assert!(welded[0] > 1000 && welded[1] == 0 && welded[2] > 1000, "{welded:?}");
+    assert_all(agreement::welding());
+}
+
+#[test]
+fn laws_agree() {
+    assert_all(agreement::laws());
+}
+
+/// The laws as published: the stress itself fades from the tool.
+#[test]
+fn published_laws_agree() {
+    let law = |law| ClayMaterial { law, softening_length: 4.0 * CELL, ..soft() };
+    let all = [("as published", ClayLaw::AsPublished), ("as published, default d", ClayLaw::AsPublishedDefaultD)];
+    assert_all(all.into_iter().map(|(name, l)| agreement::pressed(name, law(l), 0.0)).collect());
+}
+
+/// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
+fn compared(method: CuttingMethod) -> Vec<Agreement> {
+    let flat = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
+    let pointed = ToolShape::PointedBlade { half_width: 2.1 * CELL, half_height: 4.3 * CELL };
+    let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
+    let bent = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
+    let (down, sideways) = (DVec3::new(0.02, -2.0, 0.01), DVec3::new(1.2, 0.03, 0.3));
+    let mut cases = vec![];
+    for (name, shape, contact, height, step) in [
+        ("cut", flat, Contact::Slip, 8.07, down),
+        ("sweep", flat, agreement::SEPARATE, 8.07, sideways),
+        ("sticking", flat, Contact::Stick, 8.07, sideways),
+        ("through the floor", flat, agreement::SEPARATE, 3.07, sideways),
+        ("pointed", pointed, agreement::SEPARATE, 7.07, down),
+        ("bent", bent, agreement::SEPARATE, 7.07, sideways * 0.5),
+    ] {
+        let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Separate), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        p.cutting = method;
+        let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.13, height, 11.3);
+        let ball = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact: agreement::SEPARATE };
+        let beside = DVec3::new(15.0, 8.9, 12.2) + s.domain.wall_nodes().0.as_dvec3();
+        p.tools = vec![
+            moving(&s, &p, Tool { shape, contact }, at, at + step, DQuat::from_rotation_y(1.4) * DQuat::from_rotation_x(0.03)),
+            ToolPath { id: 4, ..moving(&s, &p, ball, beside, beside + down * 0.5, DQuat::IDENTITY) },
+        ];
+        let tagged = if method.has_ghosts() { 300 } else { 0 };
+        let name = format!("{method:?}: {name}");
+        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..special(name, s, p) });
+    }
+    cases
+}
+
+#[test]
+fn cuts_as_published_agree() {
+    assert_all(compared(CuttingMethod::Published));
+}
+
+#[test]
+fn cuts_by_rigid_particles_agree() {
+    assert_all(compared(CuttingMethod::RigidParticles));
+}
+
+#[test]
+fn interactive_particles_agree() {
+    assert_all(compared(CuttingMethod::InteractiveParticles));
+}
+
+#[test]
+fn volume_averaging_agrees() {
+    assert_all(agreement::averaging());
+}
+
+fn special(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
+    Agreement { name: name.into(), case: Case { snapshot, plan }, position: 1e-6, strain: 3e-6, tagged: 0 }
+}
+
+/// A block that falls into the corner of clamped walls.
+#[test]
+fn clamped_walls_agree() {
+    let case = |kind: Wall| {
+        let mut s = block(IVec3::new(9, 12, 11), 0.3, Walls { high: [kind; 3], ..floor_walls(kind) }, soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        velocities(&mut s, |_| DVec3::new(0.04, -0.05, 0.002) * CELL / p.dt);
+        // Against the wall at high x, in the last row of whose ghosts some particles' weights end.
+        let shift = s.domain.wall_nodes().1.x - s.domain.wall_nodes().0.x - 6 - 9;
+        s.particles.iter_mut().for_each(|q| q.set_grid(q.grid() + f64::from(shift) * DVec3::X));
+        p.validation.clamped_walls = true;
+        special(format!("clamped {kind:?}"), s, p)
+    };
+    assert_all([Wall::Separate, Wall::Slip, Wall::Stick].map(case).into());
+}
+
+/// A ball that moves, turns and grows by 0.05 cells per substep in the block's middle.
+#[test]
+fn growing_balls_agree() {
+    let case = |contact: Contact| {
+        let s = block(IVec3::splat(10), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 5.0, 11.3);
+        let tool = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact };
+        p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.2, -0.1, 0.1), DQuat::IDENTITY)];
+        p.validation.sphere_growth = 0.05 * CELL / p.dt;
+        special(format!("growing ball {contact:?}"), s, p)
+    };
+    assert_all([Contact::Stick, Contact::Slip, agreement::SEPARATE].map(case).into());
+}
+
+/// A block under the force of a manufactured solution, at a wall and in the open, with scaled inertia.
+#[test]
+fn manufactured_force_agrees() {
+    let s = block(IVec3::new(9, 12, 11), 0.0, floor_walls(Wall::Separate), soft());
+    let mut p = plan(&s, 0.25, 20, vec![]);
+    let (low, high) = s.domain.corners();
+    let (length, phases) = ((high - low).max_element(), DVec3::new(0.3, 1.0, 2.2));
+    let case = Manufactured { amplitudes: DVec3::splat(0.1), length, low, phases, time: 0.0 };
+    p.density_scale = 2.0;
+    p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
+    assert_all(vec![special("manufactured", s, p)]);
+}
+
+/// A block of which a shell of nodes is driven, and the middle free.
+#[test]
+fn affine_drive_agrees() {
+    let s = block(IVec3::splat(10), 2.0, Walls::default(), soft());
+    let mut p = plan(&s, 0.25, 20, vec![]);
+    let at = |x: f64| s.domain.to_world(s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.0 + x, 2.0 + x, 6.0 + x));
+    let gradient = DMat3::from_cols_array(&[4.0, 1.0, -2.0, 5.0, -3.0, 2.0, -1.0, 3.0, 1.0]) * (2e-3 / p.dt);
+    let drive = AffineDrive { gradient, about: at(4.3), free: [at(2.5), at(7.5)] };
+    p.validation = Validation { affine_drive: Some(drive), ..Validation::default() };
+    assert_all(vec![special("driven", s, p)]);
+}
+
+/// Two runs give the same bits, on one thread and on two.
+#[test]
+fn runs_are_bit_identical() {
+    let run = |threads| agreement::run(&mut NativeEngine::with_threads(threads), &agreement::mixed(), 3);
+    let one = run(1);
+    assert!(one == run(2), "one thread against two");
+    assert!(one == run(1), "two runs");
+}
+
+const METHODS: [CuttingMethod; 3] =
+    [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles];
+
+/// The same of the methods of others.
+#[test]
+fn runs_of_other_methods_are_bit_identical() {
+    for method in METHODS {
+        let mut case = agreement::mixed();
+        case.plan.cutting = method;
+        case.plan.steps = 30;
+        let run = |threads| agreement::run(&mut NativeEngine::with_threads(threads), &case, 2);
+        let one = run(1);
+        assert!(one == run(2), "{method:?}: one thread against two");
+        assert!(one == run(1), "{method:?}: two runs");
+    }
+}
+
+/// What only our method knows is refused by name.
+#[test]
+fn other_methods_refuse_wires_and_validation_inputs() {
+    let s = block(IVec3::splat(4), 0.0, Walls::default(), soft());
+    let wire = Tool { shape: ToolShape::Wire { half_length: CELL }, contact: Contact::Slip };
+    for cutting in METHODS {
+        let with_wire =
+            FramePlan { cutting, tools: vec![ToolPath::still(1, wire, Pose::default())], ..plan(&s, 0.25, 1, vec![]) };
+        let validation = Validation { damping: 1.0, ..Validation::default() };
+        let with_input = FramePlan { cutting, validation, ..plan(&s, 0.25, 1, vec![]) };
+        for refused in [with_wire, with_input] {
+            assert_eq!(refused.validate().expect_err("a refusal").name, "cutting", "{cutting:?}");
+        }
+    }
+}
+
+/// One particle, weightless and at rest, before a blade that comes on: its ghost at the nodes beyond the blade has the blade's velocity, its own nodes none.
+#[test]
+fn ghosts_move_with_the_blade() {
+    let mut s = block(IVec3::splat(4), 0.0, Walls::default(), soft());
+    s.particles.truncate(1);
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.2, 5.4, 7.6);
+    s.particles[0].set_grid(at);
+    let blade =
+        Tool { shape: ToolShape::Blade { half_width: 4.1 * CELL, half_height: 4.2 * CELL }, contact: agreement::SEPARATE };
+    for cutting in [CuttingMethod::Published, CuttingMethod::RigidParticles] {
+        let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
+        let from = at - DVec3::Z * 0.35;
+        p.tools = vec![moving(&s, &p, blade, from, from + DVec3::Z * 0.05, DQuat::IDENTITY)];
+        let mut oracle = Oracle::new(&s);
+        let report = oracle.run(&p);
+        // Only the lowest of the three layers of nodes, 0.6 cells below the particle, is behind the blade.
+        let speed = 0.5 * 0.9 * 0.9 * 0.05 * CELL / p.dt;
+        assert!(
+            (oracle.particles[0].velocity - DVec3::Z * speed).length() < 1e-6 * speed,
+            "{cutting:?}: {}",
+            oracle.particles[0].velocity
+        );
+        let mass = s.material.density * f64::from(s.particles[0].rest_volume);
+        assert!((report.tools[0].impulse + DVec3::Z * mass * speed).length() < 1e-6 * mass * speed, "{cutting:?}");
+        assert_eq!(oracle.particles[0].tags[0].side, 1, "{cutting:?}");
+        oracle.run(&FramePlan { tools: vec![], ..p });
+        assert_eq!(oracle.particles[0].tags, [Tag::default(); 2], "{cutting:?}: nothing is kept");
+    }
+}
+
+/// Deep inside a tool of interactive particles a node of mass m has been given `rho dx^3 V / (m + rho dx^3)` by the tool.
+#[test]
+fn interactive_particles_share_their_velocity() {
+    let s = block(IVec3::splat(10), 2.0, Walls::default(), soft());
+    let cutting = CuttingMethod::InteractiveParticles;
+    let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 7.0, 11.0);
+    let tool = Tool { shape: ToolShape::Box { half_size: DVec3::splat(3.0 * CELL) }, contact: Contact::Slip };
+    p.tools = vec![moving(&s, &p, tool, at, at + DVec3::X * 0.05, DQuat::IDENTITY)];
+    let whole = s.material.density * CELL.powi(3);
+    let nodes = Oracle::new(&s).trace(&p);
+    let inner: Vec<_> = nodes.iter().filter(|n| (n.node.as_dvec3() - at).abs().max_element() < 1.5).collect();
+    assert_eq!(inner.len(), 27);
+    for n in inner {
+        let shared = DVec3::X * (whole / (n.mass + whole) * 0.05 * CELL / p.dt);
+        assert!((n.velocity - shared).length() < 1e-9 * shared.length(), "{}: {} {}", n.node, n.velocity, shared);
+    }
+}

@@ -1,0 +1,89 @@
+//! The GPU engine against the f64 oracle and against the native engine, by its real shaders.
+//!
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+
+mod passes;
+mod robust;
+mod scene;
+
+use bevy_clay::prelude::*;
+use clay_acceptance::agreement::{self, Agreement, assert_close};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::LazyLock;
+
+/// The one engine whose shaders all tests share; why there is none.
+static ENGINE: LazyLock<Result<std::sync::Mutex<GpuEngine>, String>> = LazyLock::new(|| match GpuMode::from_env()? {
+    GpuMode::Off => Err("CLAY_GPU=off".into()),
+    GpuMode::Auto | GpuMode::Require => {
+        let engine = GpuDevice::headless().and_then(GpuEngine::new);
+        engine.map(std::sync::Mutex::new).map_err(|e| e.to_string())
+    }
+});
+
+fn engine() -> Result<GpuEngine, Failed> {
+    let first = ENGINE.as_ref().map_err(|e| Failed::from(e.as_str()))?;
+    Ok(first.lock().unwrap_or_else(std::sync::PoisonError::into_inner).sibling())
+}
+
+fn agrees(cases: fn() -> Vec<Agreement>) -> Result<(), Failed> {
+    let mut engine = engine()?;
+    for case in cases() {
+        assert_close(&mut engine, &case);
+    }
+    Ok(())
+}
+
+/// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a blade, where up to nine classes of clay enter the
+/// same blocks' lists.
+fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
+    for case in std::iter::once(agreement::mixed()).chain(agreement::recut().into_iter().map(|a| a.case)) {
+        let one = agreement::run(engine, &case, 3);
+        assert!(one == agreement::run(engine, &case, 3), "two runs");
+    }
+    Ok(())
+}
+
+type Test = (&'static str, Box<dyn FnOnce() -> Result<(), Failed> + Send>);
+
+fn with_engine(name: &'static str, test: fn(&mut GpuEngine) -> Result<(), Failed>) -> Test {
+    (name, Box::new(move || test(&mut engine()?)))
+}
+
+fn cases(name: &'static str, cases: fn() -> Vec<Agreement>) -> Test {
+    (name, Box::new(move || agrees(cases)))
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let tests = [
+        with_engine("each_pass_agrees", passes::each_pass_agrees),
+        cases("impact_agrees", agreement::impact),
+        cases("asymmetric_deformation_agrees", agreement::asymmetric_deformation),
+        cases("solid_tools_agree", agreement::solid_tools),
+        cases("laws_agree", agreement::laws),
+        cases("volume_averaging_agrees", agreement::averaging),
+        cases("blades_agree", agreement::blades),
+        cases("other_blades_agree", agreement::other_blades),
+        cases("kept_cut_agrees", agreement::kept_cut),
+        cases("crossed_cuts_agree", agreement::crossed_cuts),
+        cases("cut_through_cuts_agrees", agreement::recut),
+        cases("welding_agrees", agreement::welding),
+        with_engine("runs_are_bit_identical", runs_are_bit_identical),
+        with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
+        with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),
+        with_engine("frame_behind_a_given_up_one_does_not_run", robust::frame_behind_a_given_up_one_does_not_run),
+        with_engine("fast_clay_is_redone_with_smaller_steps", robust::fast_clay_is_redone_with_smaller_steps),
+        with_engine("bursting_clay_gets_room", robust::bursting_clay_gets_room),
+        with_engine("hardly_any_clay_runs", robust::hardly_any_clay_runs),
+        with_engine("crowded_blocks_repeat", robust::crowded_blocks_repeat),
+        with_engine("too_many_tools_are_refused", robust::too_many_tools_are_refused),
+        with_engine("two_engines_share_nothing", robust::two_engines_share_nothing),
+        with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),
+        ("limits_are_named", Box::new(robust::limits_are_named)),
+        ("lost_device_is_told", Box::new(robust::lost_device_is_told)),
+    ];
+    let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
+    let is_ignored = ENGINE.is_err() && mode != GpuMode::Require;
+    let trials = tests.into_iter().map(|(name, run)| Trial::test(name, run).with_ignored_flag(is_ignored)).collect();
+    libtest_mimic::run(&arguments, trials).exit();
+}

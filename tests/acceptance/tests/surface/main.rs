@@ -1,0 +1,9 @@
+//! The surface as a whole: topology against the node oracle, cuts, accuracy on a sphere, clusters, time.
+
+mod cuts;
+mod fields;
+mod files;
+mod lips;
+mod ray;
+mod sphere;
+mod whole;
