@@ -3,14 +3,17 @@
 use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
+use clap::ValueEnum;
 use glam::{DQuat, DVec3, IVec3};
+use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Cell width of the cases [m]: not 1, so that a missing factor shows.
 pub const DX: f64 = 0.004;
 
 /// How large the cases are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Size {
     /// `cargo test`: a second or two a case.
     Test,
@@ -21,6 +24,11 @@ pub enum Size {
 }
 
 impl Size {
+    /// Its name on record.
+    pub fn name(self) -> &'static str {
+        self.pick("test", "quick", "full")
+    }
+
     /// The value for this size.
     pub fn pick<T>(self, test: T, quick: T, full: T) -> T {
         match self {
@@ -176,8 +184,48 @@ impl Mover {
     }
 }
 
+/// An engine that cases run on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EngineKind {
+    /// On the processor.
+    Native,
+    /// Compute passes on the default graphics adapter.
+    Gpu,
+}
+
+impl EngineKind {
+    /// Its name on record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Gpu => "gpu",
+        }
+    }
+
+    /// Opens the graphics device, once for all cases, if the engine needs one.
+    ///
+    /// # Errors
+    /// No adapter, or one that lacks what the passes need.
+    pub fn prepare(self) -> Result<(), String> {
+        if self == Self::Gpu {
+            let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
+            GPU.get_or_init(|| Mutex::new(engine));
+        }
+        Ok(())
+    }
+
+    /// What it runs on.
+    pub fn adapter(self) -> String {
+        match self {
+            Self::Native => crate::machine::processor(),
+            Self::Gpu => engine(0).describe(),
+        }
+    }
+}
+
 /// The GPU engine that the cases run on, if it is not the native one.
-pub static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
+static GPU: OnceLock<Mutex<GpuEngine>> = OnceLock::new();
 
 /// Whether the cases run on the GPU engine, which refuses the inputs of validation cases beyond damping.
 pub fn is_gpu() -> bool {

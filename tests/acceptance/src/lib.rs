@@ -6,6 +6,7 @@
 //! | [`cases`] | the cases: each makes rows |
 //! | [`report`] | rows, and the known misses they are judged against |
 //! | [`agreement`] | an engine against the oracle, particle by particle |
+//! | [`data`] | results on record, docs/data/*.json |
 //! | [`plot`] | pictures of figures, as SVG and PNG |
 //! | [`section`] | the parts of docs/EVIDENCE.md that programs write |
 //! | [`machine`] | what figures were measured on |
@@ -15,6 +16,7 @@
 
 pub mod agreement;
 pub mod cases;
+pub mod data;
 pub mod lab;
 pub mod machine;
 pub mod plot;

@@ -1,9 +1,10 @@
 //! Rows of a validation run, and the list of known misses they are judged against.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
 
 /// Which side of its limit a value has to be on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Bound {
     /// At most the limit.
@@ -15,15 +16,17 @@ pub enum Bound {
 }
 
 /// One measured figure.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// What was measured.
     pub case: String,
     /// What came out; not finite where nothing could be measured.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Unit of value and limit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What it has to be.
+    #[serde(deserialize_with = "number")]
     pub limit: f64,
     /// The side of the limit.
     pub bound: Bound,
@@ -31,20 +34,25 @@ pub struct Row {
     pub ok: bool,
 }
 
+/// A number; null is one that is not finite.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
 impl Row {
     /// A figure that must not exceed `limit`. NaN does not pass.
     pub fn at_most(case: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
-        Self { case: case.into(), value, unit, limit, bound: Bound::Max, ok: value <= limit }
+        Self { case: case.into(), value, unit: unit.into(), limit, bound: Bound::Max, ok: value <= limit }
     }
 
     /// A figure that must reach `limit`. NaN does not pass.
     pub fn at_least(case: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
-        Self { case: case.into(), value, unit, limit, bound: Bound::Min, ok: value >= limit }
+        Self { case: case.into(), value, unit: unit.into(), limit, bound: Bound::Min, ok: value >= limit }
     }
 
     /// A figure that is reported and not judged.
     pub fn figure(case: impl Into<String>, value: f64, unit: &'static str) -> Self {
-        Self { case: case.into(), value, unit, limit: f64::NAN, bound: Bound::None, ok: true }
+        Self { case: case.into(), value, unit: unit.into(), limit: f64::NAN, bound: Bound::None, ok: true }
     }
 
     /// Whether the value is on the wrong side of `reference` by more than 10 % of it.

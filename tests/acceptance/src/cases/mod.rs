@@ -41,6 +41,8 @@ pub enum Suite {
     Surface,
     /// Every suite.
     All,
+    /// None: with `--docs`, the documents anew from what is on record.
+    None,
 }
 
 /// A group of rows computed together.

@@ -1,6 +1,7 @@
 //! What can be turned, and the points at which it is.
 
 use bevy_clay::sim::plan::{STEP_FRACTION, VOLUME_AVERAGING};
+use serde::{Deserialize, Serialize};
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +15,7 @@ pub(crate) enum Effort {
 }
 
 /// Everything that a scene can be run with.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Setting {
     /// Cells along the scene's length: the column's height, the punch's width.
     pub(crate) cells: i32,
@@ -36,7 +37,8 @@ impl Setting {
 }
 
 /// What is turned at a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Knob {
     /// Nothing.
     Default,
@@ -70,11 +72,12 @@ impl Knob {
 }
 
 /// A setting and what is particular about it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Point {
     /// What is turned.
     pub(crate) knob: Knob,
     /// The setting.
+    #[serde(flatten)]
     pub(crate) setting: Setting,
 }
 

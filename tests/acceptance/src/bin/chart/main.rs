@@ -1,6 +1,6 @@
 //! What accuracy costs: the error of cases with an exact answer against the time that a simulated second takes, over every knob.
 //!
-//! `cargo run --release --no-default-features --bin chart -- --out DIR [--quick] [--engine gpu] [--only SUBSTRING] [--docs docs]`
+//! `cargo run --release --no-default-features --bin chart -- --out DIR [--quick] [--engine gpu] [--only SUBSTRING] [--docs docs [--redraw]]`
 //!
 //! Writes chart.csv, chart.svg and chart.png to DIR and prints what buys accuracy cheapest, from the figures. Exit code 2: bad arguments.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
@@ -12,9 +12,9 @@ mod scenes;
 mod table;
 mod verdict;
 
-use bevy_clay::sim::prelude::*;
-use clap::{Parser, ValueEnum};
-use clay_acceptance::{lab, plot};
+use clap::Parser;
+use clay_acceptance::lab::{self, EngineKind, Size};
+use clay_acceptance::plot;
 use knobs::Effort;
 use scenes::{SCENES, Scene};
 use std::path::PathBuf;
@@ -34,23 +34,18 @@ struct Args {
     /// Two points a scene: whether the command works.
     #[arg(long)]
     smoke: bool,
-    /// Writes the picture, the sentences and the tables to images/chart.png and between the marks of EVIDENCE.md in DOCS.
+    /// Writes rows, picture and sentences to data/chart.json, images/chart.png and between the marks of EVIDENCE.md in DOCS.
     #[arg(long, value_name = "DOCS")]
     docs: Option<PathBuf>,
+    /// Measures nothing, and draws what DOCS has on record.
+    #[arg(long, requires = "docs")]
+    redraw: bool,
     /// The engine that runs the scenes.
     #[arg(long, default_value = "native")]
-    engine: Kind,
+    engine: EngineKind,
     /// Runs only scenes whose name contains SUBSTRING.
     #[arg(long, value_name = "SUBSTRING")]
     only: Option<String>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// On the processor.
-    Native,
-    /// Compute passes on the default graphics adapter.
-    Gpu,
 }
 
 fn main() -> ExitCode {
@@ -70,22 +65,25 @@ fn run(args: &Args) -> Result<(), String> {
         return Err(format!("no scene has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
     std::fs::create_dir_all(&args.out).map_err(|e| format!("--out {}: {e}", args.out.display()))?;
-    if args.engine == Kind::Gpu {
-        let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
-        lab::GPU.get_or_init(|| std::sync::Mutex::new(engine));
-    }
+    args.engine.prepare()?;
     let effort = match (args.smoke, args.quick) {
         (true, _) => Effort::Smoke,
         (_, true) => Effort::Quick,
         _ => Effort::Full,
     };
     let began = Instant::now();
-    let mut table = Table::new(lab::engine(0).describe());
-    println!("{}", table.engine);
-    for scene in scenes {
-        table.rows.extend(measure(scene, effort));
-    }
-    table.mark_fronts();
+    println!("{}", lab::engine(0).describe());
+    let table = match &args.docs {
+        Some(docs) if args.redraw => Table::read(docs).map_err(|e| format!("--redraw: {e}"))?,
+        _ => {
+            let mut table = Table::new(args.engine, if effort == Effort::Full { Size::Full } else { Size::Quick });
+            for scene in scenes {
+                table.rows.extend(measure(scene, effort));
+            }
+            table.mark_fronts();
+            table
+        }
+    };
     let stem = args.out.join("chart");
     let csv = stem.with_extension("csv");
     table.write_csv(&csv).map_err(|e| format!("{}: {e}", csv.display()))?;

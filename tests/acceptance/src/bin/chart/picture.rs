@@ -147,7 +147,7 @@ impl Frame {
     }
 
     fn paint<B: DrawingBackend>(&self, area: &Area<B>, title: &str, rows: &[&Row]) -> Painted<B> {
-        self.axes(area, title, rows[0].axis)?;
+        self.axes(area, title, &rows[0].axis)?;
         self.real_time(area)?;
         area.draw(&PathElement::new(self.front_path(rows), FRONT.stroke_width(3)))?;
         for row in rows {
@@ -289,8 +289,7 @@ fn legend<B: DrawingBackend>(area: &Area<B>, table: &Table) -> Painted<B> {
             + &format!("averaging {}; the other points turn one knob. Bars: quartiles of the time.", s.volume_averaging)
     });
     area.draw(&Text::new(defaults, (MARGIN.0 - 6, y + 27), small.clone()))?;
-    let source = format!("{}, {}", table.provenance(), table.date);
-    area.draw(&Text::new(source, (MARGIN.0 - 6, y + 49), small))
+    area.draw(&Text::new(table.provenance(), (MARGIN.0 - 6, y + 49), small))
 }
 
 #[cfg(test)]

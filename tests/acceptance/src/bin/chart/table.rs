@@ -2,25 +2,30 @@
 
 use super::knobs::Point;
 use super::scenes::{Panel, Run, Scene};
+use clay_acceptance::data::{self, Run as Provenance};
+use clay_acceptance::lab::{self, EngineKind, Size};
 use clay_acceptance::machine;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// One error of one run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Row {
     /// The scene.
-    pub(crate) scene: &'static str,
+    pub(crate) scene: Cow<'static, str>,
     /// The panel.
-    pub(crate) panel: &'static str,
+    pub(crate) panel: Cow<'static, str>,
     /// The name of its axis.
-    pub(crate) axis: &'static str,
+    pub(crate) axis: Cow<'static, str>,
     /// What was turned.
+    #[serde(flatten)]
     pub(crate) point: Point,
     /// Particles.
     pub(crate) particles: usize,
-    /// Substeps.
-    pub(crate) steps: u64,
+    /// Substeps; not known of old rows.
+    pub(crate) steps: Option<u64>,
     /// The error [%].
     pub(crate) error: f64,
     /// Quartiles of the wall time per simulated second [ms/s].
@@ -36,12 +41,12 @@ impl Row {
     pub(crate) fn new(scene: &Scene, panel: &Panel, point: Point, error: f64, run: &Run) -> Self {
         let times: Vec<f64> = run.stretches.iter().map(|s| 1e3 * s / run.simulated).collect();
         Self {
-            scene: scene.name,
-            panel: panel.name,
-            axis: panel.error,
+            scene: scene.name.into(),
+            panel: panel.name.into(),
+            axis: panel.error.into(),
             point,
             particles: run.particles,
-            steps: run.steps,
+            steps: Some(run.steps),
             error,
             cost: quartiles(&times),
             repeats: times.len(),
@@ -83,38 +88,62 @@ fn quartiles(values: &[f64]) -> [f64; 3] {
     })
 }
 
+/// The table's file in the folder of the documents.
+pub(crate) const FILE: &str = "data/chart.json";
+
+/// A row on record.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    #[serde(flatten)]
+    row: Row,
+    #[serde(flatten)]
+    run: Provenance,
+}
+
 /// Everything that was measured, and on what.
 pub(crate) struct Table {
-    /// The engine and what it runs on.
-    pub(crate) engine: String,
-    /// The processor.
-    pub(crate) machine: String,
-    /// The commit of the source.
-    pub(crate) commit: String,
-    /// Today, UTC.
-    pub(crate) date: String,
+    /// With what.
+    pub(crate) run: Provenance,
     /// The rows.
     pub(crate) rows: Vec<Row>,
 }
 
 impl Table {
     /// An empty table of this program on this machine.
-    pub(crate) fn new(engine: String) -> Self {
-        let commit = machine::commit().unwrap_or_else(|| concat!("version ", env!("CARGO_PKG_VERSION")).to_owned());
-        Self { engine, machine: machine::processor(), commit, date: machine::today(), rows: vec![] }
+    pub(crate) fn new(engine: EngineKind, size: Size) -> Self {
+        let adapter = Some(format!("{}; {}", machine::processor(), lab::engine(0).describe()));
+        let (date, commit) = (machine::today(), machine::commit());
+        Self { run: Provenance { size, engine: Some(engine), adapter, date, commit }, rows: vec![] }
+    }
+
+    /// The table on record in the folder of the documents; its rows are of one run.
+    pub(crate) fn read(docs: &Path) -> Result<Self, String> {
+        let file = docs.join(FILE);
+        let mut records: Vec<Record> = data::read(&file)?;
+        let run = records.first().map(|r| r.run.clone()).ok_or_else(|| format!("{}: no row", file.display()))?;
+        if records.iter().any(|r| r.run != run) {
+            return Err(format!("{}: rows of more than one run, whose times do not compare", file.display()));
+        }
+        Ok(Self { run, rows: records.drain(..).map(|r| r.row).collect() })
+    }
+
+    /// The text of the table's file in the folder of the documents.
+    pub(crate) fn record(&self) -> Result<String, String> {
+        let record = |row: &Row| Record { row: row.clone(), run: self.run.clone() };
+        data::text(&self.rows.iter().map(record).collect::<Vec<_>>())
     }
 
     /// Where the figures come from, in a line.
     pub(crate) fn provenance(&self) -> String {
-        format!("{}; {}; commit {}", self.machine, self.engine, self.commit)
+        format!("Measured {}", self.run.words())
     }
 
     /// The panels that have rows, in order.
-    pub(crate) fn panels(&self) -> Vec<&'static str> {
+    pub(crate) fn panels(&self) -> Vec<&str> {
         let mut panels = vec![];
         for row in &self.rows {
-            if !panels.contains(&row.panel) {
-                panels.push(row.panel);
+            if !panels.contains(&&*row.panel) {
+                panels.push(&*row.panel);
             }
         }
         panels
@@ -142,16 +171,24 @@ impl Table {
     pub(crate) fn write_csv(&self, file: &Path) -> std::io::Result<()> {
         let mut text = String::from(
             "scene,panel,knob,value,label,cells,particles_per_cell,step_fraction,clamped_walls,volume_averaging,particles,substeps,error_percent,\
-             ms_per_simulated_s_median,ms_per_simulated_s_q1,ms_per_simulated_s_q3,repeats,seed,on_front,engine,machine,commit,date\n",
+             ms_per_simulated_s_median,ms_per_simulated_s_q1,ms_per_simulated_s_q3,repeats,seed,on_front,run\n",
         );
         let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
         for r in &self.rows {
             let (s, [q1, median, q3]) = (&r.point.setting, r.cost);
-            let (panel, value, label) = (quoted(r.panel), quoted(&r.point.value()), quoted(&r.point.label()));
+            let (panel, value, label) = (quoted(&r.panel), quoted(&r.point.value()), quoted(&r.point.label()));
             let _ = write!(text, "{},{panel},{},{value},{label},{},", r.scene, r.point.knob.name(), s.cells);
             let _ = write!(text, "{},{},{},{},", s.per_axis.pow(3), s.fraction, s.clamped_walls, s.volume_averaging);
-            let _ = write!(text, "{},{},{},{median},{q1},{q3},{},0,{},", r.particles, r.steps, r.error, r.repeats, r.on_front);
-            let _ = writeln!(text, "{},{},{},{}", quoted(&self.engine), quoted(&self.machine), quoted(&self.commit), self.date);
+            let _ = write!(
+                text,
+                "{},{},{},{median},{q1},{q3},{},0,{},",
+                r.particles,
+                r.steps.unwrap_or_default(),
+                r.error,
+                r.repeats,
+                r.on_front
+            );
+            let _ = writeln!(text, "{}", quoted(&self.run.words()));
         }
         std::fs::write(file, text)
     }
@@ -165,12 +202,12 @@ pub(crate) mod tests {
     /// A row with a knob, cells, an error [%] and a cost [ms/s].
     pub(crate) fn row(knob: Knob, setting: Setting, error: f64, cost: f64) -> Row {
         Row {
-            scene: "self weight",
-            panel: "Self weight, stress",
-            axis: "error [%]",
+            scene: "self weight".into(),
+            panel: "Self weight, stress".into(),
+            axis: "error [%]".into(),
             point: Point { knob, setting },
             particles: 1000,
-            steps: 100,
+            steps: Some(100),
             error,
             cost: [cost * 0.9, cost, cost * 1.1],
             repeats: 5,
@@ -180,7 +217,9 @@ pub(crate) mod tests {
 
     /// A table of rows.
     pub(crate) fn table(rows: Vec<Row>) -> Table {
-        let mut table = Table { rows, ..Table::new("engine, with \"quotes\"".into()) };
+        let date = "a day with \"quotes\"".into();
+        let run = Provenance { size: Size::Full, engine: None, adapter: None, date, commit: Some("abc".into()) };
+        let mut table = Table { rows, run };
         table.mark_fronts();
         table
     }
@@ -216,8 +255,8 @@ pub(crate) mod tests {
         table(vec![row(Knob::Default, Setting::new(16), 0.5, 300.0)]).write_csv(&file).expect("written");
         let text = std::fs::read_to_string(file).expect("read");
         let lines: Vec<&str> = text.lines().collect();
-        // No name holds a comma between its quotes but the panel and the engine of this table: one each.
-        assert_eq!((lines.len(), lines[0].split(',').count() + 2), (2, lines[1].split(',').count()), "{text}");
-        assert!(lines[1].contains("\"engine, with \"\"quotes\"\"\"") && lines[1].contains(",0.5,300,270,330"), "{text}");
+        // No name holds a comma between its quotes but the panel and the run of this table: one and two.
+        assert_eq!((lines.len(), lines[0].split(',').count() + 3), (2, lines[1].split(',').count()), "{text}");
+        assert!(lines[1].contains("\"full, a day with \"\"quotes\"\", abc\"") && lines[1].contains(",0.5,300,270,330"), "{text}");
     }
 }

@@ -134,8 +134,12 @@ pub(crate) mod tests {
     /// What helps one error and spoils another of the same scene is said.
     #[test]
     fn loss_in_another_panel_is_said() {
-        let other =
-            |row: &Row, error: f64| Row { panel: "Self weight, displacement", axis: "L2 error [%]", error, ..row.clone() };
+        let other = |row: &Row, error: f64| Row {
+            panel: "Self weight, displacement".into(),
+            axis: "L2 error [%]".into(),
+            error,
+            ..row.clone()
+        };
         let rows = rows();
         let mut all = vec![rows[0].clone(), rows[3].clone()];
         all.extend([other(&rows[0], 0.1), other(&rows[3], 0.6)]);

@@ -1,51 +1,119 @@
-//! The table of acceptance cases in docs/EVIDENCE.md: a line per row, from the rows of a run.
+//! The summary of the acceptance cases in docs/EVIDENCE.md: a line per case, from the rows on record in docs/data.
 
+use super::cut_methods::{NAME, TITLE};
 use super::evidence::{self, EVIDENCE};
+use clay_acceptance::cases::CASES;
+use clay_acceptance::data::{Outcome, Record};
+use clay_acceptance::lab::{EngineKind, Size};
 use clay_acceptance::report::{Bound, KnownMiss, Row, Verdict, judge};
-use clay_acceptance::section::Marks;
+use clay_acceptance::section::{self, Marks};
 use std::fmt::Write as _;
 
-/// Where EVIDENCE.md holds the table.
-pub(crate) const MARKS: Marks = ["<!-- VALIDATE:BEGIN -->\n", "<!-- VALIDATE:END -->"];
+/// Where EVIDENCE.md holds the summary.
+pub(crate) const MARKS: Marks<'static> = ["<!-- VALIDATE:BEGIN -->\n", "<!-- VALIDATE:END -->"];
 
-/// A case and the lines of its rows; none where it was not run or has no row at this size.
-pub(crate) type Lines = (&'static str, Vec<String>);
-
-/// The line of one row. `run` tells size, engine and day, so that lines of several runs can stand beside each other.
-pub(crate) fn line(case: &str, row: &Row, known: &[KnownMiss], run: &str) -> String {
-    let evidence = evidence::of(EVIDENCE, case, &row.case);
-    let mark = match judge(row, known) {
-        Verdict::Pass | Verdict::Figure => "",
-        Verdict::Miss(_) => " (known miss)",
-        Verdict::Fail(_) => " (**fails**)",
-    };
-    let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
-    let [exact, published] = evidence.map_or(["", ""], |e| [e.exact, e.published]);
-    let (ours, limit) = (figure(row.value), figure(row.limit));
-    let limit = match row.bound {
-        Bound::Max => format!("<= {limit}{unit}"),
-        Bound::Min => format!(">= {limit}{unit}"),
-        Bound::None => format!("none [{}]", row.unit),
-    };
-    format!("| {case} | {} | {exact} | {ours}{mark} | {limit} | {published} | {run} |", row.case)
-}
-
-/// The section with the lines of `found` in place of those of the same cases in the `old` one. `origin` says how the new lines were made.
-pub(crate) fn section(old: &str, found: &[Lines], origin: &str) -> String {
-    let mut text = format!("Last run: {origin}\n\n");
-    text += "| case | figure | exact answer | ours | limit | published | run |\n|---|---|---|---|---|---|---|\n";
-    for (case, lines) in found {
-        let kept = old.lines().filter(|l| lines.is_empty() && l.starts_with(&format!("| {case} |")));
-        for line in kept.chain(lines.iter().map(String::as_str)) {
-            let _ = writeln!(text, "{line}");
+/// The summary of the rows on record.
+pub(crate) fn summary(records: &[Record], known: &[KnownMiss]) -> String {
+    let mut text =
+        "| case | rows | exact answer | nearest to its limit | published | run |\n|---|---|---|---|---|---|\n".to_owned();
+    let mut misses = String::new();
+    for case in CASES {
+        let shown = shown(records, case.name);
+        if !shown.is_empty() {
+            let _ = writeln!(text, "{}", line(case.name, &shown));
+        }
+        for record in shown {
+            match judge(&record.row, known) {
+                Verdict::Pass | Verdict::Figure => {}
+                Verdict::Miss(reason) => writeln!(misses, "- {}: {reason}", against_limit(&record.row)).expect("text"),
+                Verdict::Fail(reason) => writeln!(misses, "- **fails**: {}: {reason}", against_limit(&record.row)).expect("text"),
+            }
         }
     }
-    text.push('\n');
-    text
+    if misses.is_empty() {
+        misses.push_str("None.\n");
+    }
+    format!("{text}\nMisses:\n\n{misses}\n![{TITLE}](images/{NAME}.png)\n\n")
+}
+
+/// The marks of a table of results of other commands.
+fn marks(table: &str) -> [String; 2] {
+    ["BEGIN", "END"].map(|end| format!("<!-- RESULTS {table}:{end} -->\n"))
+}
+
+/// The page with the tables of results of other commands as they are on record; an error names a table that the page has no marks for.
+pub(crate) fn with_tables(mut page: String, results: &[Outcome]) -> Result<String, String> {
+    let mut names: Vec<&str> = results.iter().map(|r| r.table.as_str()).collect();
+    names.dedup();
+    for name in names {
+        let rows: Vec<&Outcome> = results.iter().filter(|r| r.table == name).collect();
+        let columns: Vec<&str> = rows[0].cells.iter().map(|c| c.0.as_str()).collect();
+        let mut text = format!("| {} | run |\n|{}---|\n", columns.join(" | "), "---|".repeat(columns.len()));
+        for row in rows {
+            let cells: Vec<&str> = row.cells.iter().map(|c| c.1.as_str()).collect();
+            let _ = writeln!(text, "| {} | {} |", cells.join(" | "), row.run.words());
+        }
+        let [begin, end] = marks(name);
+        page = section::replace(&page, [&begin, &end], &text).ok_or_else(|| format!("no {} and end", begin.trim()))?;
+    }
+    Ok(page)
+}
+
+/// The rows of a case that stand for it: of each engine those of the full run, or of the quick one where there was no other.
+fn shown<'a>(records: &'a [Record], case: &str) -> Vec<&'a Record> {
+    let of = |engine, size| {
+        let is_so = move |r: &&Record| r.group == case && r.run.engine == Some(engine) && r.run.size == size;
+        records.iter().filter(is_so).collect::<Vec<_>>()
+    };
+    let best = |engine| {
+        let full = of(engine, Size::Full);
+        if full.is_empty() { of(engine, Size::Quick) } else { full }
+    };
+    [EngineKind::Native, EngineKind::Gpu].into_iter().flat_map(best).collect()
+}
+
+/// The line of a case: what it is judged by is told of the row that comes nearest to its limit.
+fn line(case: &str, shown: &[&Record]) -> String {
+    let judged: Vec<&&Record> = shown.iter().filter(|r| r.row.bound != Bound::None).collect();
+    let nearest = judged.iter().max_by(|a, b| share(&a.row).total_cmp(&share(&b.row)));
+    let evidence = evidence::of(EVIDENCE, case, nearest.map_or("", |r| &r.row.case));
+    let [exact, published] = evidence.map_or(["", ""], |e| [e.exact, e.published]);
+    let count = match shown.len() - judged.len() {
+        0 => judged.len().to_string(),
+        unlimited => format!("{} + {unlimited} without a limit", judged.len()),
+    };
+    let mut runs: Vec<String> = vec![];
+    for run in shown.iter().map(|r| r.run.words()) {
+        if !runs.contains(&run) {
+            runs.push(run);
+        }
+    }
+    let nearest = nearest.map_or_else(String::new, |r| against_limit(&r.row));
+    format!("| {case} | {count} | {exact} | {nearest} | {published} | {} |", runs.join("; "))
+}
+
+/// How much of what its limit allows a row takes; beyond 1 it misses.
+fn share(row: &Row) -> f64 {
+    let (value, of) = if row.bound == Bound::Max { (row.value, row.limit) } else { (row.limit, row.value) };
+    // A count of 0 where none is allowed, and a yes, are as far from their limits as can be; what is no number misses it.
+    if value == 0.0 || (row.unit == "yes" && row.ok) {
+        0.0
+    } else if value.is_nan() || of.is_nan() {
+        f64::INFINITY
+    } else {
+        value / of
+    }
+}
+
+/// A row in words: its value and its limit.
+fn against_limit(row: &Row) -> String {
+    let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
+    let sign = if row.bound == Bound::Max { "<=" } else { ">=" };
+    format!("{}: {} (limit {sign} {}{unit})", row.case, figure(row.value), figure(row.limit))
 }
 
 /// Three digits, with an exponent where many zeros would stand.
-fn figure(value: f64) -> String {
+pub(crate) fn figure(value: f64) -> String {
     let magnitude = value.abs();
     if !value.is_finite() {
         return "none".to_owned();
@@ -61,7 +129,19 @@ fn figure(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clay_acceptance::cases::{CASES, Suite};
+    use clay_acceptance::cases::Suite;
+    use clay_acceptance::data::{self, Run};
+    use clay_acceptance::report::parse_known;
+    use std::path::{Path, PathBuf};
+
+    fn docs() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+    }
+
+    fn record(row: Row, size: Size) -> Record {
+        let run = Run { size, engine: Some(EngineKind::Native), adapter: None, date: "2026-01-02".into(), commit: None };
+        Record { group: "bar".into(), row, run }
+    }
 
     #[test]
     fn figures_have_three_digits() {
@@ -69,40 +149,57 @@ mod tests {
         assert_eq!(texts, ["0", "1.8e-7", "1e-5", "0.0345", "0.2", "5.28", "1000", "12346", "2e6", "none"]);
     }
 
+    /// The row nearest to its limit stands for the case, a count of zero for none; full runs for quick ones.
     #[test]
-    fn line_says_whether_a_miss_is_known() {
-        let known = [KnownMiss { case: "Hertz: force".into(), limit: 0.05, value: 0.42, reason: "ripple".into() }];
-        let row = |value: f64| line("Hertz", &Row::at_most("Hertz: force", value, "relative", 0.05), &known, "full, day");
-        assert!(row(0.424).contains("| 0.424 (known miss) | <= 0.05 relative |"), "{}", row(0.424));
-        assert!(row(0.6).contains("| 0.6 (**fails**) |"), "{}", row(0.6));
-        assert!(row(0.424).ends_with("| full, day |") && row(0.424).contains("4/3 E"), "{}", row(0.424));
-    }
-
-    /// Cases that were run get their new lines, the others keep theirs, in the order of the cases.
-    #[test]
-    fn run_of_a_part_keeps_the_other_lines() {
-        let old =
-            "Last run: then\n\n| case |\n|---|\n| bar | a | old |\n| bar | b | old |\n| cone | c | old |\n| gone | d | old |\n\n";
-        let found = [
-            ("bar", vec![]),
-            ("column", vec!["| column | e | new |".to_owned()]),
-            ("cone", vec!["| cone | c | new |".to_owned()]),
+    fn case_is_told_by_its_nearest_row() {
+        let rows = [
+            record(Row::at_most("bar: count", 0.0, "count", 0.0), Size::Full),
+            record(Row::at_most("bar: error", 0.05, "%", 0.1), Size::Full),
+            record(Row::at_least("bar: order", 2.0, "-", 1.8), Size::Full),
+            record(Row::figure("bar: time", 7.0, "s"), Size::Full),
+            record(Row::at_most("bar: error", 0.09, "%", 0.1), Size::Quick),
         ];
-        let new = section(old, &found, "now");
-        let lines: Vec<&str> = new.lines().skip(4).collect();
-        assert_eq!(lines, ["| bar | a | old |", "| bar | b | old |", "| column | e | new |", "| cone | c | new |", ""]);
-        assert!(new.starts_with("Last run: now\n\n| case | figure |"));
+        let text = summary(&rows, &[]);
+        let line = text.lines().find(|l| l.starts_with("| bar |")).expect("a line");
+        assert!(
+            line.starts_with("| bar | 3 + 1 without a limit | ") && line.contains("| bar: order: 2 (limit >= 1.8) |"),
+            "{line}"
+        );
+        assert!(line.ends_with("| full, native, 2026-01-02 |") && text.contains("\nNone.\n"), "{text}");
     }
 
-    /// The document as it stands has a line of every case of the solver.
     #[test]
-    fn document_has_every_case() {
-        let page = include_str!("../../../../../docs/EVIDENCE.md");
-        let (_, rest) = page.split_once(MARKS[0]).expect("the first mark");
-        let (table, _) = rest.split_once(MARKS[1]).expect("the second mark");
+    fn misses_are_named() {
+        let known = [KnownMiss { case: "bar: error".into(), limit: 0.1, value: 0.2, reason: "ripple".into() }];
+        let rows = [0.2, 0.3].map(|value| record(Row::at_most("bar: error", value, "%", 0.1), Size::Full));
+        let text = summary(&rows, &known);
+        assert!(text.contains("\n- bar: error: 0.2 (limit <= 0.1 %): ripple\n"), "{text}");
+        assert!(text.contains("\n- **fails**: bar: error: 0.3 (limit <= 0.1 %): is more than 10 % worse"), "{text}");
+    }
+
+    /// The page says what is on record, of every case of the solver; its picture is that of the record.
+    #[test]
+    fn page_says_what_is_on_record() {
+        let records: Vec<Record> = data::read(&data::acceptance(&docs())).expect("the record");
+        let known = parse_known(&std::fs::read_to_string(docs().join("known_misses.ron")).expect("a list")).expect("a list");
+        let page = std::fs::read_to_string(docs().join("EVIDENCE.md")).expect("the page");
+        let summary = summary(&records, &known);
+        let rule = "run `cargo validate none --docs docs`";
+        assert!(section::read(&page, MARKS) == Some(summary.as_str()), "docs/EVIDENCE.md is not what docs/data says: {rule}");
+        let drawn = super::super::cut_methods::draw(&records).expect("drawn");
+        let picture = std::fs::read(docs().join(format!("images/{NAME}.png"))).expect("a picture");
+        assert!(drawn == picture, "docs/images/{NAME}.png is not what docs/data says: {rule}");
         for case in CASES.iter().filter(|c| c.suite != Suite::Surface) {
-            assert!(table.lines().any(|l| l.starts_with(&format!("| {} |", case.name))), "no line of {}", case.name);
+            assert!(summary.contains(&format!("\n| {} |", case.name)), "no row of {}", case.name);
             assert!(EVIDENCE.iter().any(|e| e.case == case.name), "no evidence of {}", case.name);
         }
+        let results: Vec<Outcome> = data::read(&data::outcomes(&docs())).expect("the record");
+        let is_same = with_tables(page.clone(), &results).as_ref() == Ok(&page);
+        assert!(is_same, "a table of docs/EVIDENCE.md is not what docs/data says: {rule}");
+        let text = std::fs::read_to_string(data::acceptance(&docs())).expect("the record");
+        assert!(
+            data::text(&records).as_deref() == Ok(&text),
+            "docs/data/acceptance.json is not as the program writes it: {rule}"
+        );
     }
 }

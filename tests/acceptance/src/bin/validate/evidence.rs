@@ -116,7 +116,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("as published", "as published, tau 3 cells", "energy is conserved"),
     exact("as published", "softened", "energy is conserved"),
     exact("random fields", "", "closed, manifold, oriented"),
-    compared("cuts", "", "balls: two, or one where the cut ends in the cube", "Eq. 9 as published: 44 % (the row below)"),
+    compared("cuts", "", "balls: two, or one where the cut ends in the cube", "Eq. 9 as published: 44 %"),
     exact("cuts", "cuts: gap", "no gap"),
     exact("cuts", "cuts: open edges", "closed"),
     exact("cuts", "cuts: right bodies by Eq. 9", "balls"),

@@ -6,18 +6,18 @@
 //! worse or passes now. 2: bad arguments.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
 
+mod cut_methods;
 mod document;
 mod dump;
 mod evidence;
 
-use bevy_clay::sim::prelude::*;
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use clay_acceptance::cases::{CASES, Case, Suite};
-use clay_acceptance::lab::{self, Size};
+use clay_acceptance::data::{self, Outcome, Record, Run};
+use clay_acceptance::lab::{self, EngineKind, Size};
 use clay_acceptance::report::{Bound, KnownMiss, Row, Verdict, judge, parse_known};
 use clay_acceptance::{machine, section};
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -33,12 +33,12 @@ struct Args {
     /// Writes the rows to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Puts the rows into the table between the marks of EVIDENCE.md in DOCS; other cases, and those without a row, keep their lines.
+    /// Puts the rows on record in DOCS/data, in place of those of the same cases, size and engine, and writes the summary in DOCS/EVIDENCE.md anew.
     #[arg(long, value_name = "DOCS")]
     docs: Option<PathBuf>,
     /// The engine that runs the cases.
     #[arg(long, default_value = "native")]
-    engine: Kind,
+    engine: EngineKind,
     /// Also writes data for peers (files, particles, fields, our times on them) to DIR; see benches/peers.
     #[arg(long, value_name = "DIR")]
     dump: Option<PathBuf>,
@@ -47,22 +47,10 @@ struct Args {
     only: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum Kind {
-    /// On the processor.
-    Native,
-    /// Compute passes on the default graphics adapter.
-    Gpu,
-}
-
-impl Kind {
-    /// Its name in the table.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            Self::Gpu => "gpu",
-        }
+impl Args {
+    /// How large the cases are.
+    fn size(&self) -> Size {
+        if self.quick { Size::Quick } else { Size::Full }
     }
 }
 
@@ -71,7 +59,7 @@ impl Kind {
 struct Output<'a> {
     suite: Suite,
     quick: bool,
-    engine: Kind,
+    engine: EngineKind,
     adapter: String,
     driver: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -99,17 +87,17 @@ fn run(args: &Args) -> Result<bool, String> {
         (args.suite == Suite::All || args.suite == c.suite) && args.only.as_ref().is_none_or(|part| c.name.contains(part))
     };
     let cases: Vec<&Case> = CASES.iter().filter(is_chosen).collect();
-    if cases.is_empty() {
+    if cases.is_empty() && args.suite != Suite::None {
         return Err(format!("no case of the suite has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
     prepare(args)?;
     println!("{}", lab::engine(0).describe());
-    let size = if args.quick { Size::Quick } else { Size::Full };
+    let size = args.size();
     let mut found = vec![];
     let mut is_passed = true;
     println!("{:64} {:>12}    {:>10} unit", "case", "value", "limit");
     for case in cases {
-        if case.is_native_only && args.engine == Kind::Gpu {
+        if case.is_native_only && args.engine == EngineKind::Gpu {
             println!("({}: left out, the gpu engine lacks its inputs)", case.name);
             continue;
         }
@@ -132,7 +120,7 @@ fn run(args: &Args) -> Result<bool, String> {
 /// Fails now, and not after the run, where results could not be written; opens the graphics device.
 fn prepare(args: &Args) -> Result<(), String> {
     if let Some(docs) = &args.docs {
-        in_page(docs, str::to_owned)?;
+        data::read::<Record>(&data::acceptance(docs)).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
     }
     if let Some(file) = &args.json {
         let folder = folder_of(file);
@@ -140,25 +128,13 @@ fn prepare(args: &Args) -> Result<(), String> {
             return Err(format!("--json {}: {} is not a folder", file.display(), folder.display()));
         }
     }
-    if args.engine == Kind::Gpu {
-        let engine = GpuDevice::headless().and_then(GpuEngine::new).map_err(|e| format!("--engine gpu: {e}"))?;
-        lab::GPU.get_or_init(|| std::sync::Mutex::new(engine));
-    }
-    Ok(())
+    args.engine.prepare()
 }
 
 /// Writes the rows of each case to where they were asked for.
 fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result<(), String> {
     if let Some(docs) = &args.docs {
-        let mark = format!("{}, {}, {}", if args.quick { "quick" } else { "full" }, args.engine.name(), machine::today());
-        let lines: Vec<document::Lines> = CASES
-            .iter()
-            .map(|case| {
-                let rows = found.iter().filter(|f| f.0 == case.name).flat_map(|f| &f.1);
-                (case.name, rows.map(|row| document::line(case.name, row, known, &mark)).collect())
-            })
-            .collect();
-        in_page(docs, |old| document::section(old, &lines, &origin()))?;
+        document(args, docs, found, known).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
     }
     if let Some(file) = &args.json {
         let output = Output {
@@ -170,24 +146,34 @@ fn write(args: &Args, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result
             commit: machine::commit(),
             rows: &found.iter().flat_map(|f| &f.1).collect::<Vec<_>>(),
         };
-        write_json(file, &output).map_err(|e| format!("--json {}: {e}", file.display()))?;
+        let text = serde_json::to_string_pretty(&output).map_err(|e| e.to_string())? + "\n";
+        data::write(file, &text).map_err(|e| format!("--json {}: {e}", file.display()))?;
     }
     Ok(())
 }
 
-/// Puts `section(old)` in the place of the table in EVIDENCE.md of `docs`.
-fn in_page(docs: &Path, section: impl FnOnce(&str) -> String) -> Result<(), String> {
+/// Puts the rows on record in the folder `docs`, and writes anew what the documents show of the record.
+fn document(args: &Args, docs: &Path, found: &[(&str, Vec<Row>)], known: &[KnownMiss]) -> Result<(), String> {
+    let run = Run {
+        size: args.size(),
+        engine: Some(args.engine),
+        adapter: Some(args.engine.adapter()),
+        date: machine::today(),
+        commit: machine::commit(),
+    };
+    let record = |group: &str, row: &Row| Record { group: group.to_owned(), row: row.clone(), run: run.clone() };
+    let new = found.iter().flat_map(|(case, rows)| rows.iter().map(|row| record(case, row))).collect();
+    let file = data::acceptance(docs);
+    let records = data::merged(data::read(&file)?, new, &CASES.iter().map(|case| case.name).collect::<Vec<_>>());
+    data::write(&file, &data::text(&records)?).map_err(|e| format!("{}: {e}", file.display()))?;
+    let picture = docs.join("images").join(cut_methods::NAME).with_extension("png");
+    std::fs::write(&picture, cut_methods::draw(&records)?).map_err(|e| format!("{}: {e}", picture.display()))?;
     let page = docs.join("EVIDENCE.md");
-    section::write(&page, document::MARKS, section).map_err(|e| format!("--docs: {}: {e}", page.display()))
-}
-
-/// The command line, when and on what it ran.
-fn origin() -> String {
-    let quoted = |a: String| if a.contains(' ') { format!("\"{a}\"") } else { a };
-    let arguments: Vec<String> = std::env::args().skip(1).map(quoted).collect();
-    let commit = machine::commit().map_or_else(String::new, |c| format!("; commit {c}"));
-    let (command, engine) = (arguments.join(" "), lab::engine(0).describe());
-    format!("`cargo validate {command}`; {}; {}; {engine}{commit}.", machine::today(), machine::processor())
+    let fault = |e: String| format!("{}: {e}", page.display());
+    section::write(&page, document::MARKS, &document::summary(&records, known)).map_err(|e| fault(e.to_string()))?;
+    let results: Vec<Outcome> = data::read(&data::outcomes(docs))?;
+    let text = std::fs::read_to_string(&page).map_err(|e| fault(e.to_string()))?;
+    data::write(&page, &document::with_tables(text, &results).map_err(fault)?).map_err(|e| fault(e.to_string()))
 }
 
 /// Prints a row with its verdict; false if the row fails the run.
@@ -211,13 +197,4 @@ fn print_row(row: &Row, known: &[KnownMiss]) -> bool {
 /// The folder that `file` stands in.
 fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
-}
-
-/// Writes the whole file or none: beside it first, then renamed.
-fn write_json(file: &Path, output: &Output<'_>) -> std::io::Result<()> {
-    let mut beside = tempfile::NamedTempFile::new_in(folder_of(file))?;
-    serde_json::to_writer_pretty(&mut beside, output)?;
-    beside.write_all(b"\n")?;
-    beside.persist(file)?;
-    Ok(())
 }
