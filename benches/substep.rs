@@ -6,7 +6,6 @@
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use bevy_clay::prelude::*;
-use bevy_clay::sim::engine::Validation;
 use cpu_time::ProcessTime;
 use glam::{DVec3, IVec3};
 use std::time::Instant;
@@ -83,19 +82,9 @@ fn run(engine: &mut dyn Engine, particles: usize, grid: i32, has_tool: bool, is_
     engine.load(&snapshot).expect("the scene loads");
     let ball = ball(&snapshot, dt);
     let mut frame = |steps: u32| {
-        let plan = FramePlan {
-            id: 0,
-            dt,
-            steps,
-            material: snapshot.material,
-            density_scale: 1.0,
-            gravity: DVec3::new(0.0, -9.81, 0.0),
-            tools: has_tool.then(|| ball.clone()).into_iter().collect(),
-            volume_averaging: 0.0,
-            cutting: CuttingMethod::default(),
-            seed: 0,
-            validation: Validation::default(),
-        };
+        let mut plan = FramePlan::new(snapshot.material, dt, steps);
+        plan.gravity = DVec3::new(0.0, -9.81, 0.0);
+        plan.tools = has_tool.then(|| ball.clone()).into_iter().collect();
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
         engine.submit(plan).expect("the plan is sound");
         let report = engine.wait().expect("the engine runs");

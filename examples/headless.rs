@@ -192,7 +192,7 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let mut faults = finish(built, args, &engine, &run, &last, began)?;
+    let mut faults = finish(built, args, &mut engine, &run, &last, began)?;
     // Pictures that were asked for and could not be drawn are a fault; others are missed in a line.
     match pictures::draw(moments, &args.out) {
         Ok(files) => files.iter().for_each(|f| println!("picture: {}", f.display())),
@@ -207,7 +207,7 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
 fn finish(
     built: &BuiltScene,
     args: &Args,
-    engine: &NativeEngine,
+    engine: &mut NativeEngine,
     run: &Run,
     last: &FrameReport,
     began: Instant,

@@ -78,9 +78,15 @@ fn status(app: &App, clay: Entity) -> &ClayStatus {
     app.world().get::<ClayStatus>(clay).expect("status")
 }
 
+/// The state, which the CPU engine hands out at once.
+fn state(app: &App, clay: Entity) -> Snapshot {
+    let mut ticket = engine(app.world(), clay).request_state().expect("clay");
+    ticket.take().expect("an engine").expect("a state")()
+}
+
 /// Height [m] of the centre of mass.
 fn height(app: &App, clay: Entity) -> f64 {
-    let snapshot = engine(app.world(), clay).save().expect("state");
+    let snapshot = state(app, clay);
     let sum: f64 = snapshot.particles.iter().map(|p| snapshot.domain.to_world(p.grid()).y).sum();
     sum / snapshot.particles.len() as f64
 }
@@ -323,7 +329,7 @@ fn two_apps_share_no_state() {
             }
         }
         let reports = std::mem::take(&mut first.world_mut().resource_mut::<Reports>().0);
-        let state = engine(first.world(), clay).save().expect("state").to_bytes();
+        let state = state(&first, clay).to_bytes();
         let strangers = reports.iter().filter(|r| r.clay != clay).count();
         assert_eq!(strangers, 0);
         (state, reports.len(), second.world().resource::<Reports>().0.len())

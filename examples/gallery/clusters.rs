@@ -1,6 +1,6 @@
 //! Small clusters beside a ball, as in Fig. 4 of the paper: by Equation 9, which loses them, and by ours, where each has its volume.
 
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
 use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::SurfaceSettings;

@@ -33,11 +33,9 @@ pub(crate) fn keep(
     let strokes = news.read().filter(|n| matches!(n, StrokeNews::Began)).count();
     let drops = requests.read().filter(|r| matches!(r, ClayRequest::DropOffcuts(_))).count();
     for _ in 0..strokes + drops {
-        let Ok(save) = engine.single().map_err(|e| e.to_string()).and_then(|e| e.save_deferred().map_err(|e| e.to_string()))
-        else {
-            continue;
-        };
-        history.states.push_back(AsyncComputeTaskPool::get().spawn(async move { Ok(save()) }));
+        let Some(state) = engine.single().ok().and_then(|engine| engine.request_state().ok()) else { continue };
+        let make = async move { state.await.map(|make| make()).map_err(|e| e.to_string()) };
+        history.states.push_back(AsyncComputeTaskPool::get().spawn(make));
         if history.states.len() > DEPTH {
             history.states.pop_front();
         }

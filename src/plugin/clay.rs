@@ -2,7 +2,7 @@
 
 use super::engine::{ClayEngine, EngineStart};
 use super::show::{ClaySurface, Extraction};
-use crate::sim::engine::FrameReport;
+use crate::sim::frame::FrameReport;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{Domain, WALL_NODE, Walls};
 use crate::sim::plan::InertiaScaling;

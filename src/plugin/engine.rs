@@ -6,7 +6,8 @@ use super::held::HeldTime;
 use super::report::Pace;
 use super::schedule::ClaySystems;
 use super::step::Planner;
-use crate::sim::engine::{Deferred, Engine, EngineError, SurfaceSource};
+use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
+use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
 use crate::sim::params::Domain;
 use crate::sim::snapshot::Snapshot;
@@ -84,25 +85,17 @@ impl ClayEngine {
         self.engine().surface()
     }
 
-    /// The whole state at the end of the last reported frame. Copies every particle: see [`Self::save_deferred`].
-    ///
-    /// # Errors
-    /// Nothing is loaded.
-    pub fn save(&self) -> Result<Snapshot, EngineError> {
-        self.engine().save()
-    }
-
     /// [`Self::surface`] as of now, to be made on another thread.
     pub fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
         self.engine().surface_deferred()
     }
 
-    /// [`Self::save`] as of now, to be made on another thread.
+    /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a task, and may be looked at now and then.
     ///
     /// # Errors
-    /// As [`Self::save`].
-    pub fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
-        self.engine().save_deferred()
+    /// Nothing is loaded.
+    pub fn request_state(&self) -> Result<StateTicket, EngineError> {
+        self.engine().request_state()
     }
 
     /// Frames under way.
@@ -128,17 +121,20 @@ impl ClayEngine {
 
     /// Copies the state away from the main thread, every `interval` [s] if it changed.
     fn keep(&mut self, interval: f32) {
-        if let Some(snapshot) = self.kept.copying.as_mut().and_then(check_ready) {
-            self.kept.snapshot = Arc::new(snapshot);
+        if let Some(copied) = self.kept.copying.as_mut().and_then(check_ready) {
+            // An engine that went leaves the copy before.
+            if let Ok(snapshot) = copied {
+                self.kept.snapshot = Arc::new(snapshot);
+            }
             self.kept.copying = None;
         }
         let is_due = interval > 0.0 && self.kept.at.elapsed().as_secs_f32() >= interval;
         if is_due
             && self.kept.copying.is_none()
             && self.kept.revision != self.revision
-            && let Ok(save) = self.save_deferred()
+            && let Ok(ticket) = self.request_state()
         {
-            self.kept.copying = Some(AsyncComputeTaskPool::get().spawn(async move { save() }));
+            self.kept.copying = Some(AsyncComputeTaskPool::get().spawn(async move { ticket.await.map(|make| make()) }));
             self.kept.at = Instant::now();
             self.kept.revision = self.revision;
         }
@@ -151,7 +147,7 @@ struct Kept {
     /// Which state that is, or will be when it is copied.
     revision: u64,
     at: Instant,
-    copying: Option<Task<Snapshot>>,
+    copying: Option<Task<Result<Snapshot, StateLost>>>,
 }
 
 /// What an engine is started for.
@@ -214,9 +210,9 @@ impl EngineStart {
         }
     }
 
-    fn spawn(&mut self, want: Want, snapshot: impl FnOnce() -> Arc<Snapshot> + Send + 'static) {
+    fn spawn(&mut self, want: Want, snapshot: impl Future<Output = Result<Arc<Snapshot>, EngineError>> + Send + 'static) {
         let wanted = want.clone();
-        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot()) });
+        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot.await?) });
         self.under_way = Some((want, task));
     }
 
@@ -231,7 +227,7 @@ impl EngineStart {
         }
         let Some(engine) = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source)) else {
             let source = want.source.clone();
-            self.spawn(want, || source);
+            self.spawn(want, async { Ok(source) });
             return Ok(());
         };
         if engine.want == want && engine.stopped.is_none() {
@@ -242,14 +238,15 @@ impl EngineStart {
                 self.restarted = Some(Instant::now());
                 let kept = engine.kept.snapshot.clone();
                 warn!("clay goes on from its state at {:.3} s", kept.time);
-                self.spawn(want, || kept);
+                self.spawn(want, async { Ok(kept) });
             }
         } else {
             // The state moves over when the frames under way have ended.
             engine.is_leaving = true;
             if engine.pending() == 0 {
-                let save = engine.save_deferred()?;
-                self.spawn(want, || Arc::new(save()));
+                let ticket = engine.request_state()?;
+                let lost = |e: StateLost| EngineError::Stopped(e.to_string());
+                self.spawn(want, async move { Ok(Arc::new(ticket.await.map_err(lost)?())) });
             }
         }
         Ok(())

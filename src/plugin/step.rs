@@ -5,7 +5,8 @@ use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use super::tool::{Placement, SculptTool, Ways};
-use crate::sim::engine::{Engine, EngineError, FrameReport};
+use crate::sim::engine::{Engine, EngineError};
+use crate::sim::frame::FrameReport;
 use crate::sim::health::Health;
 use crate::sim::material::ClayMaterial;
 use crate::sim::params::ParamsError;
@@ -196,7 +197,8 @@ fn placed(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::engine::{FramePlan, SurfaceSource};
+    use crate::sim::engine::{Deferred, StateTicket};
+    use crate::sim::frame::{FramePlan, SurfaceSource};
     use crate::sim::material::Preset;
     use crate::sim::tool::Pose;
     use std::collections::VecDeque;
@@ -244,10 +246,13 @@ mod tests {
             let health = if is_given_up { Health::GIVEN_UP } else { Health::OK };
             Ok(Some(FrameReport { plan_id: plan.id, health, ..FrameReport::default() }))
         }
-        fn surface(&self) -> Option<SurfaceSource> {
+        fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
             None
         }
-        fn save(&self) -> Result<Snapshot, EngineError> {
+        fn state_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+            Err(EngineError::NotLoaded)
+        }
+        fn request_state(&mut self) -> Result<StateTicket, EngineError> {
             Err(EngineError::NotLoaded)
         }
         fn pending(&self) -> usize {

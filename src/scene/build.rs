@@ -5,7 +5,7 @@ use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
-use crate::sim::engine::{FramePlan, FrameReport};
+use crate::sim::frame::{FramePlan, FrameReport};
 use crate::sim::params::{CELLS_MAX, Domain, PADDING};
 use crate::sim::plan::{InertiaScaling, StepLimits};
 use crate::sim::snapshot::{Particle, Snapshot};
@@ -56,7 +56,7 @@ impl BuiltScene {
     /// The plan of frame `index`, from 0, made from the report of an earlier frame (the default report before there is one): how fast the clay moves, and
     /// whether a tool engages it, without which inertia is not scaled. The scene's time step bounds the substep.
     pub fn frame_plan(&self, index: u64, earlier: &FrameReport) -> FramePlan {
-        let Scene { frame_time, inertia, gravity, seed, .. } = self.scene;
+        let Scene { frame_time, inertia, gravity, .. } = self.scene;
         let start = index as f64 * frame_time;
         let tools = self.tool_paths(start, start + frame_time);
         let Snapshot { material, domain, .. } = &self.snapshot;
@@ -67,7 +67,7 @@ impl BuiltScene {
             plan.steps = (frame_time / step).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
             plan.dt = frame_time / f64::from(plan.steps);
         }
-        FramePlan { id: index, seed: seed.wrapping_add(index), ..plan }
+        FramePlan { id: index, ..plan }
     }
 }
 

@@ -8,7 +8,7 @@ use super::build::{Cost, memory_limit};
 use super::fill::Fill;
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
-use crate::sim::engine::{SurfaceParticle, SurfaceSource};
+use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use crate::sim::params::{BLOCK, CELLS_MAX, Domain, PADDING, ParamsError};
 use crate::sim::snapshot::{Particle, Snapshot};
 use crate::surface::extract::extract;

@@ -3,7 +3,7 @@
 //! A particle has room for two cuts. Particles with the same sides of the same cuts, a [`CutKey`], move together everywhere; two particles are
 //! *compatible* (delta of Eq. 2-3) unless they are on opposite sides of the same cut.
 
-use super::engine::FramePlan;
+use super::frame::FramePlan;
 use super::snapshot::Tag;
 use glam::{DMat3, DVec3, IVec3};
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,5 @@
 //! How tools act on clay: the crate's own method, and those of others, to compare.
 
-use super::engine::FramePlan;
-use super::params::ParamsError;
-use super::validation::Validation;
 use serde::{Deserialize, Serialize};
 
 /// The method by which blades part the clay. All but the first stand here for comparison, on the native engine and the oracle only, and know no wires.
@@ -32,23 +29,5 @@ impl CuttingMethod {
     /// Whether particles have ghost velocities at nodes beyond a blade.
     pub fn has_ghosts(self) -> bool {
         matches!(self, Self::Published | Self::RigidParticles)
-    }
-
-    /// Checks that the method knows what the plan has.
-    ///
-    /// # Errors
-    /// A wire or an input of a validation case under a method that is kept for comparison.
-    pub(super) fn validate(self, plan: &FramePlan) -> Result<(), ParamsError> {
-        let refusal = |reason| Err(ParamsError::new("cutting", format!("{self:?}"), reason));
-        if self.keeps_cuts() {
-            return Ok(());
-        }
-        if plan.tools.iter().any(|path| matches!(path.tool.shape, super::tool::ToolShape::Wire { .. })) {
-            return refusal("is kept for comparison and knows no wires");
-        }
-        if plan.validation != Validation::default() {
-            return refusal("is kept for comparison and takes no inputs of validation cases");
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The clay solver: explicit MLS-MPM/APIC with quadratic B-splines, Hencky elasticity, von Mises plasticity and persistent cuts.
 //!
-//! A frame is a [`FramePlan`](engine::FramePlan) run by an [`Engine`](engine::Engine). One substep of it, in the words of every engine:
+//! A frame is a [`FramePlan`](frame::FramePlan) run by an [`Engine`](engine::Engine). One substep of it, in the words of every engine:
 //!
 //! | pass    | does                                                                                  | equation          |
 //! |---------|---------------------------------------------------------------------------------------|-------------------|
@@ -17,7 +17,7 @@
 //! Nodes stand at integers; the stencil of a particle at `x` is nodes `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic
 //! weights `(1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density, `m_p = rho_s V_p`.
 //!
-//! 0. `average`, before substeps 0, 8, 16 .. of the frame where [`volume_averaging`](engine::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)` and class, the particles at
+//! 0. `average`, before substeps 0, 8, 16 .. of the frame where [`volume_averaging`](frame::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)` and class, the particles at
 //!    yield (`|d| >= 0.99 y`, 4. below, without the viscous part, tools at their poses of `t`) take `1 - (1 - q)^k` of the difference to their mean `ln J`, weighted by
 //!    rest volume: `b *= exp(2 (change of ln J) / 3)`. k is the number of substeps up to the next averaging or the frame's end.
 //! 1. `tags`, for each blade of the plan in order with its motion from `t` to `t + h`: a particle at `x`, come from
@@ -80,7 +80,7 @@
 //!
 //! # The methods of others
 //!
-//! For comparison, [`cutting`](engine::FramePlan::cutting) replaces parts of the above, on the native engine and the oracle. None keeps a cut without its blade and none knows wires;
+//! For comparison, [`cutting`](frame::FramePlan::cutting) replaces parts of the above, on the native engine and the oracle. None keeps a cut without its blade and none knows wires;
 //! sides of a blade stand in the tags while they last. What is not named here stays: walls, gravity, law and, but for the last method, solid tools.
 //!
 //! - **As published and by rigid particles** ([`CuttingMethod::Published`](cutting::CuttingMethod), `RigidParticles`).
@@ -104,10 +104,12 @@ mod admit;
 pub mod cut;
 pub mod cutting;
 pub mod engine;
+pub mod frame;
 pub mod gpu;
 pub mod health;
 pub mod material;
 pub mod native;
+#[cfg(feature = "reference")]
 pub mod oracle;
 pub mod params;
 pub mod plan;
@@ -115,15 +117,19 @@ pub mod sheets;
 pub mod snapshot;
 mod sums;
 pub mod tool;
-#[doc(hidden)]
+#[cfg(feature = "reference")]
 pub mod trace;
-#[doc(hidden)]
+#[cfg(feature = "reference")]
 pub mod validation;
+#[cfg(not(feature = "reference"))]
+#[expect(unreachable_pub, reason = "public with the feature `reference`")]
+mod validation;
 
 /// What most programs need.
 pub mod prelude {
     pub use super::cutting::CuttingMethod;
-    pub use super::engine::{Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
+    pub use super::engine::{Engine, EngineError};
+    pub use super::frame::{FrameOutputs, FramePlan, FrameReport, Integrator, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
     pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};

@@ -1,7 +1,6 @@
 //! The time step: how many substeps a frame needs, and how much inertia may be scaled.
 
-use super::cutting::CuttingMethod;
-use super::engine::{FramePlan, Validation};
+use super::frame::{FramePlan, Integrator};
 use super::material::ClayMaterial;
 use super::snapshot::Snapshot;
 use super::tool::ToolPath;
@@ -21,9 +20,6 @@ pub const TOOL_MACH_MAX: f64 = 0.25;
 
 /// Share per substep by which the ln J of flowing particles relaxes to their cell's mean.
 pub const VOLUME_AVERAGING: f64 = 0.2;
-
-/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs about a substep.
-pub const AVERAGING_INTERVAL: u32 = 8;
 
 /// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`, V the tool's speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,19 +95,14 @@ impl StepLimits {
             .min(TRAVEL_MAX * cell_width / clay_speed.max(f64::MIN_POSITIVE))
             .min(TOOL_TRAVEL_MAX * cell_width / tool_speed.max(f64::MIN_POSITIVE));
         let steps = (duration / dt).ceil().clamp(1.0, f64::from(u32::MAX));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of u32")]
+        let plan = FramePlan::new(*material, duration / steps, steps as u32);
         FramePlan {
-            id: 0,
-            dt: duration / steps,
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of u32")]
-            steps: steps as u32,
-            material: *material,
-            density_scale,
+            integrator: Integrator::Explicit { density_scale },
             gravity: self.gravity,
             tools: tools.to_vec(),
             volume_averaging: self.volume_averaging,
-            cutting: CuttingMethod::default(),
-            seed: 0,
-            validation: Validation::default(),
+            ..plan
         }
     }
 

@@ -3,7 +3,7 @@
 //! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut perhaps, must not take the sides of that cut for its own.
 
 use super::cut::SheetSet;
-use super::engine::{FramePlan, FrameReport};
+use super::frame::{FramePlan, FrameReport};
 use super::health::Health;
 use super::snapshot::Snapshot;
 use super::tool::{ToolPath, ToolShape};
@@ -182,7 +182,7 @@ impl Sheets {
 
 #[cfg(test)]
 mod tests {
-    use super::super::engine::ToolReport;
+    use super::super::frame::ToolReport;
     use super::super::material::ClayMaterial;
     use super::super::plan::StepLimits;
     use super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};

@@ -1,6 +1,6 @@
 //! Sums over the particles and what a report says of them: the same for every engine.
 
-use super::engine::{Energies, FramePlan, FrameReport};
+use super::frame::{Energies, FramePlan, FrameReport};
 use super::health::Health;
 use glam::DVec3;
 
@@ -67,7 +67,7 @@ impl ParticleSums {
         let density = plan.inertial_density();
         let m = &plan.material;
         report.particle_count = self.count;
-        report.density_scale = plan.density_scale;
+        report.density_scale = plan.density_scale();
         report.particle_mass = self.volume * density;
         report.momentum = self.momentum * density;
         report.angular_momentum = self.angular * density;

@@ -11,7 +11,7 @@ use super::grid::BLOCK;
 use super::labels::{CutMethod, Rules};
 use super::mc_table::{EDGES, edge_axis, edge_between, face_corners, table};
 use super::mesh::Mesh;
-use crate::sim::engine::SurfaceSource;
+use crate::sim::frame::SurfaceSource;
 use glam::IVec3;
 use rayon::prelude::*;
 

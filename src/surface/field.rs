@@ -15,7 +15,7 @@ use super::grains::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};
-use crate::sim::engine::{SurfaceParticle, SurfaceSource};
+use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

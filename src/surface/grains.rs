@@ -5,7 +5,7 @@ use super::extract::extract_by;
 use super::field::{Field, SurfaceSettings};
 use super::labels::Rules;
 use super::mesh::Mesh;
-use crate::sim::engine::{SurfaceParticle, SurfaceSource};
+use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 

@@ -6,6 +6,7 @@ pub use crate::scene::export::{BodyFiles, ExportFormat};
 use crate::scene::export::{ExportOptions, write_bodies};
 use crate::scene::pieces::Pieces;
 use crate::scene::resample::resample;
+use crate::sim::engine::StateTicket;
 use crate::sim::snapshot::Snapshot;
 use crate::surface::field::SurfaceSettings;
 use crate::surface::grains::extract_with_grains;
@@ -71,6 +72,16 @@ impl ClayChange {
         Self::of_task(done, AsyncComputeTaskPool::get().spawn(async move { make() }))
     }
 
+    /// Clay that `make` makes of a state on another thread, when the engine has handed it out.
+    pub fn of_state(
+        done: impl Into<String>,
+        state: StateTicket,
+        make: impl FnOnce(Snapshot) -> Result<Snapshot, String> + Send + 'static,
+    ) -> Self {
+        let made = async move { make(state.await.map_err(|e| e.to_string())?()) };
+        Self::of_task(done, AsyncComputeTaskPool::get().spawn(made))
+    }
+
     /// Clay that a task makes.
     pub fn of_task(done: impl Into<String>, task: Task<Result<Snapshot, String>>) -> Self {
         Self { task, done: done.into() }
@@ -118,17 +129,18 @@ pub(super) fn answer(
             ClayRequest::Resample(..) | ClayRequest::DropOffcuts(_) if is_changing => {
                 notice.warn("another change of the clay is under way");
             }
-            ClayRequest::Resample(_, width) => match engine.save_deferred() {
-                Ok(save) => {
+            ClayRequest::Resample(_, width) => match engine.request_state() {
+                Ok(state) => {
                     let done = format!("the clay stands on cells of {:.2} mm", width * 1e3);
-                    entity.insert(ClayChange::new(done, move || resample(&save(), width).map_err(|e| e.to_string())));
+                    let make = move |clay: Snapshot| resample(&clay, width).map_err(|e| e.to_string());
+                    entity.insert(ClayChange::of_state(done, state, make));
                 }
                 Err(error) => notice.warn(format!("no other grid: {error}")),
             },
-            ClayRequest::DropOffcuts(_) => match engine.save_deferred() {
-                Ok(save) => {
+            ClayRequest::DropOffcuts(_) => match engine.request_state() {
+                Ok(state) => {
                     let done = "offcuts gone: the largest piece is left";
-                    entity.insert(ClayChange::new(done, move || without_offcuts(&save())));
+                    entity.insert(ClayChange::of_state(done, state, |clay| without_offcuts(&clay)));
                 }
                 Err(error) => notice.warn(format!("no piece to keep: {error}")),
             },

@@ -2,7 +2,7 @@
 
 use super::super::gpu::SharedDevice;
 use super::{Drawn, Job, JobSource};
-use crate::sim::engine::SurfaceParticle;
+use crate::sim::frame::SurfaceParticle;
 use crate::sim::gpu::{GpuError, guarded};
 use crate::sim::params::Domain;
 use crate::surface::field::{SurfaceSettings, Tier};

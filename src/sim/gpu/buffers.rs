@@ -5,7 +5,7 @@ use super::device::{self, GpuError};
 use super::layout::{FIELDS, GpuTool, Params, Status, Total};
 use super::pass::Id;
 use super::wgsl::{SCAN_CHUNK, WORKGROUP};
-use crate::sim::engine::SurfaceParticle;
+use crate::sim::frame::SurfaceParticle;
 use crate::sim::snapshot::Particle;
 use glam::IVec3;
 use std::collections::HashSet;

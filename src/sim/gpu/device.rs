@@ -1,6 +1,8 @@
 //! A device without a window, the limits that clay needs, and what to do where there is none.
 
+use super::super::engine::EngineError;
 use std::pin::pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
 /// Storage buffers that one pass binds at most.
@@ -35,6 +37,12 @@ pub enum GpuError {
         /// The device's reason.
         reason: String,
     },
+}
+
+impl From<GpuError> for EngineError {
+    fn from(error: GpuError) -> Self {
+        Self::Device(Arc::new(error))
+    }
 }
 
 /// A device and its queue, with the adapter they came from.

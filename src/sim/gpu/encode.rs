@@ -1,7 +1,7 @@
 //! The order of the passes, once: a submission of a frame, its re-bins and its substeps.
 
 use super::super::cut::WeldRule;
-use super::super::engine::FramePlan;
+use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
 use super::kernels::Kernels;

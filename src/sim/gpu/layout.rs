@@ -1,10 +1,10 @@
 //! Rust twins of the WGSL structs. A test compares every offset with what naga computes from the text.
 
 use super::super::cut::WeldRule;
-use super::super::engine::FramePlan;
+use super::super::frame::AVERAGING_INTERVAL;
+use super::super::frame::FramePlan;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, Wall};
-use super::super::plan::AVERAGING_INTERVAL;
 use super::super::tool::{Blade, Contact, Motion, Outline, Pose, Profile, ToolPath, ToolShape};
 use super::plan::Scales;
 use bytemuck::{Pod, Zeroable};
@@ -136,7 +136,7 @@ impl Params {
             slot_capacity: input.slot_capacity,
             wall_high: high.to_array(),
             tool_count: plan.tools.len() as u32,
-            gravity: (plan.gravity / plan.density_scale * (dt * dt / dx)).as_vec3().to_array(),
+            gravity: (plan.gravity / plan.density_scale() * (dt * dt / dx)).as_vec3().to_array(),
             damping: (-plan.validation.damping * dt).exp() as f32,
             centre: centre(domain).to_array(),
             wall_kinds: walls.enumerate().map(|(i, w)| kind(w) << (2 * i)).sum(),

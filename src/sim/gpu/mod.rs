@@ -19,6 +19,7 @@
 mod buffers;
 mod device;
 mod encode;
+mod handed;
 pub(crate) mod kernel;
 mod kernels;
 mod layout;
@@ -28,6 +29,7 @@ mod readback;
 mod report;
 mod solver;
 mod stamps;
+#[cfg(feature = "reference")]
 mod trace;
 mod wgsl;
 
@@ -36,11 +38,13 @@ pub(crate) use device::{check, guarded};
 pub use layout::{PROFILES_MAX, TOOLS_MAX};
 
 use super::admit::admit;
-use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceSource};
+use super::engine::{Deferred, Engine, EngineError, StatePromise, StateTicket};
+use super::frame::{FramePlan, FrameReport, SurfaceSource};
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
+use handed::Handed;
 use kernels::KernelSets;
-use solver::{Latest, Share, Solver};
+use solver::{Share, Solver};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -57,7 +61,7 @@ pub struct GpuEngine {
     pending: usize,
     /// Failures among the reports handed out.
     failures: u64,
-    latest: Option<Arc<Latest>>,
+    handed: Option<Handed>,
 }
 
 /// The device's side of an engine: whoever owns the frame's encoder records the passes through it.
@@ -73,6 +77,8 @@ struct Shared {
     kernels: Arc<KernelSets>,
     /// Plans handed in since the last encoding. Never held for long.
     inbox: Mutex<Vec<(FramePlan, u64)>>,
+    /// Requests for the state since the last encoding. Never held for long.
+    requests: Mutex<Vec<StatePromise>>,
     /// Held while passes are recorded.
     solver: Mutex<Option<Solver>>,
     /// What the last encoding could not do.
@@ -90,6 +96,7 @@ impl GpuLink {
         let mut guard = lock(&self.shared.solver);
         let Some(solver) = guard.as_mut() else { return false };
         lock(&self.shared.inbox).drain(..).for_each(|(plan, failures)| solver.push(plan, failures));
+        lock(&self.shared.requests).drain(..).for_each(|promise| solver.request(promise));
         let device = &self.shared.device.device;
         let encoded = guarded(device, "a frame's passes", || solver.encode(encoder, self.share)).and_then(|result| result);
         encoded.unwrap_or_else(|error| {
@@ -98,7 +105,7 @@ impl GpuLink {
         })
     }
 
-    /// The surface particles on the device ([`SurfaceParticle`](super::engine::SurfaceParticle), 24 bytes each), and how many: as they were loaded, and from then on at the end of the
+    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes each), and how many: as they were loaded, and from then on at the end of the
     /// last frame that the device has run. Passes that are recorded after this engine's in a frame see what these make of them.
     pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {
         let guard = lock(&self.shared.solver);
@@ -123,14 +130,21 @@ impl GpuEngine {
     /// A device that refuses the shaders.
     pub fn new(device: GpuDevice) -> Result<Self, GpuError> {
         let kernels = Arc::new(KernelSets::new(&device.device)?);
-        let shared = Shared { device, kernels, inbox: Mutex::default(), solver: Mutex::default(), fault: Mutex::default() };
+        let shared = Shared {
+            device,
+            kernels,
+            inbox: Mutex::default(),
+            requests: Mutex::default(),
+            solver: Mutex::default(),
+            fault: Mutex::default(),
+        };
         Ok(Self {
             link: GpuLink { shared: Arc::new(shared), share: Share::All },
             is_linked: false,
             submissions: Arc::default(),
             pending: 0,
             failures: 0,
-            latest: None,
+            handed: None,
         })
     }
 
@@ -153,6 +167,7 @@ impl GpuEngine {
             device: from.device.clone(),
             kernels: from.kernels.clone(),
             inbox: Mutex::default(),
+            requests: Mutex::default(),
             solver: Mutex::default(),
             fault: Mutex::default(),
         };
@@ -162,7 +177,7 @@ impl GpuEngine {
             submissions: Arc::default(),
             pending: 0,
             failures: 0,
-            latest: None,
+            handed: None,
         }
     }
 
@@ -199,8 +214,8 @@ impl GpuEngine {
         }
     }
 
-    fn latest(&self) -> Result<&Arc<Latest>, EngineError> {
-        self.latest.as_ref().ok_or(EngineError::NotLoaded)
+    fn handed(&self) -> Result<&Handed, EngineError> {
+        self.handed.as_ref().ok_or(EngineError::NotLoaded)
     }
 }
 
@@ -230,11 +245,12 @@ impl Engine for GpuEngine {
         let shared = &self.link.shared;
         let GpuDevice { device, queue, .. } = &shared.device;
         let solver = Solver::new(device, queue, shared.kernels.clone(), snapshot, particles, quarantined)?;
-        self.latest = Some(solver.latest());
+        self.handed = Some(solver.handed());
         self.pending = 0;
         self.failures = 0;
         let mut guard = lock(&shared.solver);
         lock(&shared.inbox).clear();
+        lock(&shared.requests).clear();
         *lock(&shared.fault) = None;
         *guard = Some(solver);
         Ok(())
@@ -243,7 +259,7 @@ impl Engine for GpuEngine {
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
         refuse_comparisons(&plan)?;
-        self.latest()?;
+        self.handed()?;
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");
             return Err(ParamsError::new("tools", plan.tools.len(), reason).into());
@@ -263,7 +279,7 @@ impl Engine for GpuEngine {
     }
 
     fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
-        self.latest()?;
+        self.handed()?;
         if let Some(error) = lock(&self.link.shared.fault).take() {
             return Err(error.into());
         }
@@ -276,12 +292,12 @@ impl Engine for GpuEngine {
         let report = match self.link.shared.solver.try_lock() {
             Ok(mut guard) => match guard.as_mut() {
                 Some(solver) => {
-                    let report = solver.poll()?;
-                    if report.is_some() {
-                        self.latest = Some(solver.latest());
-                        self.failures = solver.failures();
-                    }
-                    report
+                    // Let go of first, so that a staging that nobody reads any more serves again.
+                    self.handed = None;
+                    let report = solver.poll();
+                    self.handed = Some(solver.handed());
+                    self.failures = solver.failures();
+                    report?
                 }
                 None => None,
             },
@@ -294,22 +310,20 @@ impl Engine for GpuEngine {
         Ok(report)
     }
 
-    fn surface(&self) -> Option<SurfaceSource> {
-        self.latest.as_ref().map(|l| l.surface())
-    }
-
-    fn save(&self) -> Result<Snapshot, EngineError> {
-        Ok(self.latest()?.snapshot())
-    }
-
     fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
-        let latest = self.latest.clone()?;
-        Some(Box::new(move || latest.surface()))
+        Some(self.handed.as_ref()?.surface_deferred())
     }
 
-    fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
-        let latest = self.latest()?.clone();
-        Ok(Box::new(move || latest.snapshot()))
+    fn state_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+        Ok(self.handed()?.state_deferred())
+    }
+
+    fn request_state(&mut self) -> Result<StateTicket, EngineError> {
+        self.handed()?;
+        let (promise, ticket) = StateTicket::new();
+        lock(&self.link.shared.requests).push(promise);
+        self.pump();
+        Ok(ticket)
     }
 
     fn pending(&self) -> usize {

@@ -1,8 +1,8 @@
 //! What the host decides before a frame: fixed point scales and how often particles are re-binned.
 
-use super::super::engine::FramePlan;
+use super::super::frame::AVERAGING_INTERVAL;
+use super::super::frame::FramePlan;
 use super::super::params::Domain;
-use super::super::plan::AVERAGING_INTERVAL;
 use super::layout::Status;
 
 /// Greatest sum of the weights of a node over particles that stand one to a cell: 0.5 + 0.75 + 0.5 along each axis.

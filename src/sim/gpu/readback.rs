@@ -1,5 +1,6 @@
 //! What comes back from the device at a frame's end, in one mapped buffer, without waiting.
 
+use super::super::frame::FrameOutputs;
 use super::buffers::Buffers;
 use super::layout::{Status, Total};
 use super::stamps::{STAMP_BYTES, Stamps};
@@ -26,6 +27,13 @@ pub(super) struct Readback {
     records: Range<u64>,
 }
 
+/// Bytes of the particles' partial sums, of their surface and of their records. No buffer is empty, but clay can be.
+fn of_clay(buffers: &Buffers, outputs: FrameOutputs) -> [u64; 3] {
+    let parts =
+        [(true, buffers.totals.size()), (outputs.surface, buffers.surface.size()), (outputs.state, buffers.records[0].size())];
+    parts.map(|(is_wanted, size)| if is_wanted && buffers.particle_count > 0 { size } else { 0 })
+}
+
 /// How far the copy is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
@@ -36,8 +44,8 @@ pub(super) enum Progress {
 }
 
 impl Readback {
-    /// Staging for what `buffers` hold.
-    pub(super) fn new(device: &wgpu::Device, buffers: &Buffers) -> Self {
+    /// Staging for a frame's sums and for `outputs`.
+    pub(super) fn new(device: &wgpu::Device, buffers: &Buffers, outputs: FrameOutputs) -> Self {
         let mut end = 0;
         let mut next = |size: u64| {
             let start = end;
@@ -49,11 +57,7 @@ impl Readback {
         let masses = next(buffers.masses.size());
         let impulses = next(buffers.impulses.size());
         let stamps = next(STAMP_BYTES);
-        // No buffer is empty, but clay can be.
-        let of_clay = |size: u64| if buffers.particle_count > 0 { size } else { 0 };
-        let totals = next(of_clay(buffers.totals.size()));
-        let surface = next(of_clay(buffers.surface.size()));
-        let records = next(of_clay(buffers.records[0].size()));
+        let [totals, surface, records] = of_clay(buffers, outputs).map(&mut next);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("clay:readback"),
             size: end,
@@ -61,6 +65,19 @@ impl Readback {
             mapped_at_creation: false,
         });
         Self { buffer, progress: Arc::default(), status, totals, masses, impulses, stamps, surface, records }
+    }
+
+    /// Bytes that are copied.
+    pub(super) fn bytes(&self) -> u64 {
+        self.buffer.size()
+    }
+
+    /// Encodes the copy of the state alone, the records `ended`, where no frame runs.
+    pub(super) fn copy_state(&self, encoder: &mut wgpu::CommandEncoder, buffers: &Buffers, ended: usize) {
+        let to = &self.records;
+        if !to.is_empty() {
+            encoder.copy_buffer_to_buffer(&buffers.records[ended], 0, &self.buffer, to.start, to.end - to.start);
+        }
     }
 
     /// Encodes the copies; `ended` are the records that the frame wrote.
@@ -96,12 +113,12 @@ impl Readback {
         self
     }
 
-    /// Whether this staging is laid out for `buffers`.
-    pub(super) fn fits(&self, buffers: &Buffers) -> bool {
+    /// Whether this staging is laid out for `buffers` and `outputs`.
+    pub(super) fn fits(&self, buffers: &Buffers, outputs: FrameOutputs) -> bool {
         let size = |r: &Range<u64>| r.end - r.start;
         size(&self.masses) == buffers.masses.size()
             && size(&self.impulses) == buffers.impulses.size()
-            && size(&self.records) == buffers.records[0].size()
+            && [&self.totals, &self.surface, &self.records].map(size) == of_clay(buffers, outputs)
     }
 
     pub(super) fn progress(&self) -> Progress {

@@ -1,6 +1,6 @@
 //! Sums that came back from the device -> a frame's report, in f64 and SI.
 
-use super::super::engine::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
+use super::super::frame::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
 use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
@@ -141,7 +141,7 @@ pub(super) fn add_impulses(
     report.impulse_scale = sums[0][3] * unit;
     report.damping_impulse = vector(sums[1]);
     let duration = report.dt * f64::from(report.steps);
-    report.gravity_impulse = plan.gravity * (report.particle_mass / plan.density_scale) * duration;
+    report.gravity_impulse = plan.gravity * (report.particle_mass / plan.density_scale()) * duration;
     for (tool, pair) in report.tools.iter_mut().zip(sums[2..].chunks_exact(2)) {
         tool.impulse = vector(pair[0]);
         tool.angular_impulse = vector(pair[1]) * domain.cell_width;

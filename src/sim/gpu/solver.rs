@@ -1,6 +1,7 @@
 //! Frames on the device: what waits, what is under way, what came back; and what is done about trouble.
 
-use super::super::engine::{EngineError, FramePlan, FrameReport, SurfaceSource};
+use super::super::engine::{EngineError, StatePromise};
+use super::super::frame::{FrameOutputs, FramePlan, FrameReport};
 use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
@@ -9,6 +10,7 @@ use super::super::sums::{ParticleSums, judge};
 use super::buffers::{self, Buffers, NodeSize};
 use super::device::{GpuError, guarded};
 use super::encode::{Encoding, Part, Work};
+use super::handed::{self, Ended, Handed, Held};
 use super::kernels::KernelSets;
 use super::layout::{Params, ParamsInput, Status, flag};
 use super::plan::{Forecast, Scales, interval};
@@ -40,41 +42,6 @@ pub(super) enum Share {
     Frame,
 }
 
-/// The clay at the end of the last reported frame.
-#[derive(Debug)]
-pub(super) struct Latest {
-    pub domain: Domain,
-    pub material: ClayMaterial,
-    pub time: f64,
-    state: LatestState,
-}
-
-#[derive(Debug)]
-enum LatestState {
-    Loaded(Vec<Particle>),
-    Device(Readback),
-}
-
-impl Latest {
-    pub(super) fn snapshot(&self) -> Snapshot {
-        let particles = match &self.state {
-            LatestState::Loaded(particles) => particles.clone(),
-            LatestState::Device(readback) => readback.records(),
-        };
-        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
-    }
-
-    pub(super) fn surface(&self) -> SurfaceSource {
-        let particles = match &self.state {
-            LatestState::Loaded(particles) => {
-                particles.iter().map(|p| super::report::surface_particle(p, self.domain.cell_width)).collect()
-            }
-            LatestState::Device(readback) => readback.surface(),
-        };
-        SurfaceSource { domain: self.domain, particles: Arc::new(particles) }
-    }
-}
-
 /// A plan on its way.
 #[derive(Debug)]
 struct Frame {
@@ -92,7 +59,18 @@ struct Frame {
     /// Failures among the reports handed out when it was submitted.
     failures: u64,
     readback: Option<Readback>,
+    /// Who gets the state at its end.
+    promises: Vec<StatePromise>,
     began: Instant,
+}
+
+/// A copy of the state that no frame makes.
+struct Copy {
+    material: ClayMaterial,
+    time: f64,
+    frame: usize,
+    readback: Readback,
+    promises: Vec<StatePromise>,
 }
 
 impl Frame {
@@ -113,6 +91,10 @@ impl Frame {
     fn is_encoded(&self) -> bool {
         self.done == self.steps()
     }
+}
+
+fn lost() -> EngineError {
+    EngineError::Stopped("the graphics device was lost".into())
 }
 
 /// One clay on a device.
@@ -136,11 +118,15 @@ pub(super) struct Solver {
     sums: ParticleSums,
     quarantined: Vec<u32>,
     time: f64,
-    latest: Arc<Latest>,
+    handed: Handed,
+    /// The material of the last reported frame.
+    material: ClayMaterial,
+    /// Requests for a state that nothing on its way to the device answers.
+    requests: Vec<StatePromise>,
+    copy: Option<Copy>,
     /// Frames that failed.
     failures: u64,
-    /// Whether the records that the next frame starts from have to be written anew.
-    is_overwritten: bool,
+    #[cfg(feature = "reference")]
     last_scales: Scales,
     reruns: u64,
     /// Time of a substep on the device, in the last frame [s].
@@ -149,6 +135,8 @@ pub(super) struct Solver {
     spare: Option<Readback>,
     /// The frame whose readback the submission now being made fills.
     unsubmitted: Option<usize>,
+    /// Whether that submission makes [`Self::copy`].
+    is_copy_unsubmitted: bool,
 }
 
 /// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is exact.
@@ -198,36 +186,54 @@ impl Solver {
             sums: start_sums(&domain, &particles),
             quarantined,
             time: snapshot.time,
-            latest: Arc::new(Latest {
+            handed: Handed::new(Ended {
                 domain,
                 material: snapshot.material,
                 time: snapshot.time,
-                state: LatestState::Loaded(particles),
+                frame: 0,
+                held: Held::Loaded(particles),
             }),
+            material: snapshot.material,
+            requests: vec![],
+            copy: None,
+            #[cfg(feature = "reference")]
             last_scales: Scales::default(),
             failures: 0,
-            is_overwritten: false,
             reruns: 0,
             substep_seconds: None,
             spare: None,
             unsubmitted: None,
+            is_copy_unsubmitted: false,
         })
     }
 
-    /// The clay at the end of the last reported frame.
-    pub(super) fn latest(&self) -> Arc<Latest> {
-        self.latest.clone()
+    /// What frames have handed out.
+    pub(super) fn handed(&self) -> Handed {
+        self.handed.clone()
     }
 
-    /// For tests of single passes: the buffers, the scales of the last frame, the rest volume of mass 1 [m^3].
+    /// Takes a request for the state: answered by the next frame whose end is encoded, or by a copy where there is none.
+    pub(super) fn request(&mut self, promise: StatePromise) {
+        if self.frames.is_empty() && self.handed.state.frame == self.reported {
+            handed::answer(&self.handed.state, vec![promise]);
+        } else {
+            self.requests.push(promise);
+        }
+    }
+
+    /// The clay's buffers.
     pub(super) fn buffers(&self) -> &Buffers {
         &self.buffers
     }
 
+    /// The scales of the last frame.
+    #[cfg(feature = "reference")]
     pub(super) fn last_scales(&self) -> Scales {
         self.last_scales
     }
 
+    /// The rest volume of mass 1 [m^3].
+    #[cfg(feature = "reference")]
     pub(super) fn mass_unit(&self) -> f64 {
         self.mass_unit
     }
@@ -257,6 +263,7 @@ impl Solver {
             health: Health::OK,
             failures,
             readback: None,
+            promises: vec![],
             began: Instant::now(),
         };
         frame.fit(&self.domain);
@@ -271,11 +278,9 @@ impl Solver {
         if self.is_doomed() {
             return Ok(false);
         }
-        let Some(index) = self.frames.iter().take(2).position(|f| !f.is_encoded()) else { return Ok(false) };
-        if std::mem::take(&mut self.is_overwritten) {
-            let records = self.latest.snapshot().particles;
-            self.queue.write_buffer(&self.buffers.records[self.source], 0, bytemuck::cast_slice(&records));
-        }
+        let Some(index) = self.frames.iter().take(2).position(|f| !f.is_encoded()) else {
+            return Ok(self.frames.is_empty() && self.encode_copy(encoder));
+        };
         self.make_room(index)?;
         let source = (self.source + index) % 2;
         // Halved or not, a frame lasts as long as it was planned to.
@@ -310,8 +315,11 @@ impl Solver {
         Encoding::new(work, self.stamps.as_ref()).run(encoder, &part);
         frame.done += part.steps;
         if part.ends {
-            let spare = self.spare.take().filter(|r| r.fits(&self.buffers));
-            let readback = spare.unwrap_or_else(|| Readback::new(&self.device, &self.buffers));
+            frame.promises.append(&mut self.requests);
+            let FrameOutputs { surface, state } = frame.plan.outputs;
+            let outputs = FrameOutputs { surface, state: state || !frame.promises.is_empty() };
+            let spare = self.spare.take().filter(|r| r.fits(&self.buffers, outputs));
+            let readback = spare.unwrap_or_else(|| Readback::new(&self.device, &self.buffers, outputs));
             readback.copy(encoder, &self.buffers, 1 - source, self.stamps.as_ref());
             frame.readback = Some(readback);
             self.unsubmitted = Some(index);
@@ -319,11 +327,29 @@ impl Solver {
         Ok(true)
     }
 
+    /// Encodes a copy of the state for those who asked while no frame is under way.
+    fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
+        if self.requests.is_empty() || self.copy.is_some() {
+            return false;
+        }
+        let readback = Readback::new(&self.device, &self.buffers, FrameOutputs { surface: false, state: true });
+        readback.copy_state(encoder, &self.buffers, self.source);
+        let (material, time, frame) = (self.material, self.time, self.reported);
+        self.copy = Some(Copy { material, time, frame, readback, promises: std::mem::take(&mut self.requests) });
+        self.is_copy_unsubmitted = true;
+        true
+    }
+
     /// To be called after what was encoded was submitted.
     pub(super) fn submitted(&mut self) {
         let readback = self.unsubmitted.take().and_then(|i| self.frames.get(i)?.readback.as_ref());
         if let Some(readback) = readback {
             readback.map();
+        }
+        if std::mem::take(&mut self.is_copy_unsubmitted)
+            && let Some(copy) = &self.copy
+        {
+            copy.readback.map();
         }
     }
 
@@ -350,13 +376,14 @@ impl Solver {
     /// # Errors
     /// The device is lost, or has not the room that the clay needs by now.
     pub(super) fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
+        self.finish_copy()?;
         if self.is_doomed() {
             return Ok(self.give_up());
         }
         let Some(readback) = self.frames.front().and_then(|f| f.readback.as_ref()) else { return Ok(None) };
         match readback.progress() {
             Progress::Pending => return Ok(None),
-            Progress::Lost => return Err(EngineError::Stopped("the graphics device was lost".into())),
+            Progress::Lost => return Err(lost()),
             Progress::Done => {}
         }
         let status = readback.status();
@@ -365,7 +392,35 @@ impl Solver {
         if status.flags == 0 && sums.is_finite() && reach.is_finite() {
             return Ok(self.finish(&status, sums, reach));
         }
+        if status.flags == 0 {
+            // Where `total` finds such a sum it raises a flag, which keeps the frame's start for another try.
+            return Err(EngineError::Stopped("the graphics device added up finite numbers to others".into()));
+        }
         self.recover(&status).map_err(EngineError::from)
+    }
+
+    /// Answers those whose copy of the state has come back.
+    fn finish_copy(&mut self) -> Result<(), EngineError> {
+        let progress = self.copy.as_ref().map_or(Progress::Pending, |copy| copy.readback.progress());
+        match progress {
+            Progress::Pending => Ok(()),
+            Progress::Lost => Err(lost()),
+            Progress::Done => {
+                let Some(Copy { material, time, frame, readback, promises }) = self.copy.take() else { return Ok(()) };
+                let ended = Ended { domain: self.domain, material, time, frame, held: Held::Device(readback) };
+                self.hand_out_state(Arc::new(ended), promises);
+                Ok(())
+            }
+        }
+    }
+
+    /// Keeps a state as the newest, unless a newer one has come meanwhile, and answers those who asked for it.
+    fn hand_out_state(&mut self, ended: Arc<Ended>, promises: Vec<StatePromise>) {
+        handed::answer(&ended, promises);
+        if ended.frame >= self.handed.state.frame {
+            let before = std::mem::replace(&mut self.handed.state, ended);
+            self.spare = handed::spare(before).or_else(|| self.spare.take());
+        }
     }
 
     /// Takes out the first frame. The one behind it may be encoded and not submitted yet: an app's poll comes at any time.
@@ -380,8 +435,7 @@ impl Solver {
         let readback = frame.readback.take()?;
         let (dt, steps) = (frame.dt(), frame.steps());
         self.time += dt * f64::from(steps);
-        let mut report =
-            FrameReport { plan_id: frame.plan.id, redone: frame.redone, dt, steps, time: self.time, ..Default::default() };
+        let mut report = FrameReport { redone: frame.redone, dt, steps, time: self.time, ..FrameReport::new(&frame.plan) };
         sums.write(&mut report, &frame.plan);
         report.momentum_before = self.sums.momentum * frame.plan.inertial_density();
         super::report::add_status(&mut report, &frame.plan, status);
@@ -398,7 +452,10 @@ impl Solver {
             report.timings.total = frame.began.elapsed().as_secs_f64();
         }
         let unit = self.domain.cell_width / dt;
-        self.last_scales = frame.scales;
+        #[cfg(feature = "reference")]
+        {
+            self.last_scales = frame.scales;
+        }
         self.forecasts[self.reported % 2] = Forecast {
             reach: reach * unit,
             speed: f64::from(status.speed) * unit,
@@ -409,27 +466,41 @@ impl Solver {
         self.reported += 1;
         self.source = 1 - self.source;
         self.sums = sums;
-        let state = LatestState::Device(readback);
-        let latest = Latest { domain: self.domain, material: frame.plan.material, time: self.time, state };
-        let before = std::mem::replace(&mut self.latest, Arc::new(latest));
-        if let Some(Latest { state: LatestState::Device(readback), .. }) = Arc::into_inner(before) {
-            self.spare = Some(readback.recycle());
-        }
+        self.material = frame.plan.material;
+        report.bytes_read_back = readback.bytes();
+        self.hand_out(readback, frame.plan.outputs, frame.promises);
         Some(report)
+    }
+
+    /// Keeps what came back of the frame that has just been reported, as far as it was asked for.
+    fn hand_out(&mut self, readback: Readback, outputs: FrameOutputs, promises: Vec<StatePromise>) {
+        let gives_state = outputs.state || !promises.is_empty();
+        if !outputs.surface && !gives_state {
+            self.spare = Some(readback.recycle());
+            return;
+        }
+        let (domain, material, time, frame) = (self.domain, self.material, self.time, self.reported);
+        let ended = Arc::new(Ended { domain, material, time, frame, held: Held::Device(readback) });
+        if outputs.surface {
+            let before = std::mem::replace(&mut self.handed.surface, ended.clone());
+            self.spare = handed::spare(before).or_else(|| self.spare.take());
+        }
+        if gives_state {
+            self.hand_out_state(ended, promises);
+        }
     }
 
     /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs them again.
     fn recover(&mut self, status: &Status) -> Result<Option<FrameReport>, GpuError> {
         self.clears_flags = true;
         self.reruns += 1;
-        // Without a flag nothing stopped the frame after it from writing over the records that this one started from.
-        self.is_overwritten |= status.flags == 0;
         for frame in &mut self.frames {
             (frame.done, frame.readback) = (0, None);
+            self.requests.append(&mut frame.promises);
         }
         let Some(frame) = self.frames.front_mut() else { return Ok(None) };
         let has = |bit| status.flags & bit != 0;
-        let mut is_retry = frame.retries < RETRY_MAX && !has(flag::SPEED | flag::NON_FINITE) && status.flags != 0;
+        let mut is_retry = frame.retries < RETRY_MAX && !has(flag::SPEED | flag::NON_FINITE);
         is_retry &= !has(flag::MARGIN) || frame.interval > 1;
         if is_retry {
             frame.retries += 1;
@@ -469,9 +540,9 @@ impl Solver {
 
     /// The first frame is given up: the clay stands as before it.
     fn give_up(&mut self) -> Option<FrameReport> {
-        let frame = self.pop()?;
-        let (redone, dt) = (frame.redone, frame.plan.dt);
-        let mut report = FrameReport { plan_id: frame.plan.id, redone, dt, time: self.time, ..Default::default() };
+        let mut frame = self.pop()?;
+        self.requests.append(&mut frame.promises);
+        let mut report = FrameReport { redone: frame.redone, time: self.time, ..FrameReport::new(&frame.plan) };
         self.sums.write(&mut report, &frame.plan);
         report.momentum_before = report.momentum;
         report.grid_mass = report.particle_mass;

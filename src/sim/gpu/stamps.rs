@@ -1,6 +1,6 @@
 //! Times on the device, of one substep and of the frame's ends, where it can tell them.
 
-use super::super::engine::Timings;
+use super::super::frame::Timings;
 
 /// What is measured apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Nodes read back after one substep, waiting for the device: for tests of single passes.
 
 use super::super::cut::CutKey;
-use super::super::engine::{Engine, EngineError, FramePlan};
+use super::super::engine::{Engine, EngineError};
+use super::super::frame::FramePlan;
 use super::super::snapshot::{Snapshot, Tag};
 use super::super::trace::TracedNode;
 use super::{GpuDevice, GpuEngine, lock};
@@ -13,7 +14,6 @@ impl GpuEngine {
     ///
     /// # Errors
     /// As loading and running.
-    #[doc(hidden)]
     pub fn trace(&mut self, snapshot: &Snapshot, plan: FramePlan) -> Result<Vec<TracedNode>, EngineError> {
         self.load(snapshot)?;
         let (dt, density) = (plan.dt, plan.inertial_density());

@@ -1,7 +1,7 @@
 //! Tools as the grid meets them: in cells and substeps, at the pose of the substep's end.
 
 use super::super::cutting::CuttingMethod;
-use super::super::engine::FramePlan;
+use super::super::frame::FramePlan;
 use super::super::params::{BLOCK, Domain};
 use super::super::tool::{self, BAND, Blade, Contact, Motion, Pose, SPACING, Sample, Sampled, Tool, ToolPath, ToolShape};
 use super::super::validation::Validation;

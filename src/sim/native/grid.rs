@@ -3,7 +3,7 @@
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
 
 use super::super::cut::CutKey;
-use super::super::engine::FramePlan;
+use super::super::frame::FramePlan;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::validation::{AffineDrive, Manufactured};
@@ -134,7 +134,7 @@ impl GridStep {
     /// The constants of substep `index` of a frame of substeps of `dt` [s].
     pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
         let validation = &plan.validation;
-        let acceleration = dt * dt / domain.cell_width / plan.density_scale;
+        let acceleration = dt * dt / domain.cell_width / plan.density_scale();
         let special = Special {
             clamped_walls: validation.clamped_walls,
             force: validation.manufactured,

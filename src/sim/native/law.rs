@@ -5,7 +5,7 @@
 
 use super::simd::F8;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "reference"))]
 mod properties;
 
 /// A symmetric tensor of eight particles: xx yy zz xy xz yz.

@@ -30,7 +30,8 @@ mod touching;
 mod weld;
 
 use super::admit::admit;
-use super::engine::{Deferred, Engine, EngineError, FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
+use super::engine::{Deferred, Engine, EngineError, StateTicket};
+use super::frame::{FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
 use super::health::Health;
 use super::params::Domain;
 use super::snapshot::{Particle, Snapshot};
@@ -182,14 +183,6 @@ impl Engine for NativeEngine {
         }
     }
 
-    fn surface(&self) -> Option<SurfaceSource> {
-        self.surface_deferred().map(|make| make())
-    }
-
-    fn save(&self) -> Result<Snapshot, EngineError> {
-        self.save_deferred().map(|make| make())
-    }
-
     fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
         let loaded = self.loaded.as_ref()?;
         let (state, domain) = (loaded.latest.clone(), loaded.domain);
@@ -199,13 +192,21 @@ impl Engine for NativeEngine {
         }))
     }
 
-    fn save_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
+    fn state_deferred(&self) -> Result<Deferred<Snapshot>, EngineError> {
         let loaded = self.loaded.as_ref().ok_or(EngineError::NotLoaded)?;
         let (state, domain) = (loaded.latest.clone(), loaded.domain);
         Ok(Box::new(move || {
             let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
             Snapshot { domain, material: state.material, time: state.time, particles }
         }))
+    }
+
+    fn request_state(&mut self) -> Result<StateTicket, EngineError> {
+        // The frame's end is shared with the engine's thread: nothing has to be copied first.
+        let state = self.state_deferred()?;
+        let (promise, ticket) = StateTicket::new();
+        promise.keep(state);
+        Ok(ticket)
     }
 
     fn pending(&self) -> usize {

@@ -2,7 +2,7 @@
 
 use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
-use super::super::engine::{FramePlan, FrameReport, Timings, ToolReport};
+use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
 use super::super::material::{ClayLaw, ClayMaterial};
 use super::super::params::Domain;
@@ -172,7 +172,7 @@ impl Solver {
         };
         let step = self.step(plan, dt);
         let mut tools = tools_at(0);
-        let gravity = plan.gravity * (dt * dt / domain.cell_width / plan.density_scale);
+        let gravity = plan.gravity * (dt * dt / domain.cell_width / plan.density_scale());
         let share = |s: u32| plan.averaging_share(s, steps);
         let first =
             ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };

@@ -1,7 +1,7 @@
 //! Where the two sides of a cut grow together: once a frame, at its end (see the oracle's file of this name).
 
 use super::super::cut::{MEETING_SHARE, WeldRule};
-use super::super::engine::FramePlan;
+use super::super::frame::FramePlan;
 use super::super::snapshot::Tag;
 use super::super::tool::spline;
 use super::grid::Grid;

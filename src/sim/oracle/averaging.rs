@@ -1,7 +1,7 @@
 //! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell.
 //!
 //! Plastic flow keeps volume, and a cell's few degrees of freedom can follow its particles' ln J only on average: what is left over has no force
-//! against it and grows into pressure noise and a strength too great (volumetric locking). Every [`INTERVAL`](super::super::plan::AVERAGING_INTERVAL)
+//! against it and grows into pressure noise and a strength too great (volumetric locking). Every [`INTERVAL`](super::super::frame::AVERAGING_INTERVAL)
 //! substeps the particles at yield take part of the difference to the volume-weighted mean ln J of those in their cell and class. The sum of
 //! `V ln J` and every deviator stay; elastic clay is left alone, so that closed-form elastic answers are.
 

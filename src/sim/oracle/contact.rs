@@ -6,7 +6,7 @@
 //! takes no part in sliding.
 
 use super::super::cut;
-use super::super::engine::{FrameReport, ToolReport};
+use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid, Node};
 use super::tools::{Moment, MovingTool, Surroundings};

@@ -2,7 +2,7 @@
 //!
 //! `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T`, `x += h v`: each from the field of the particle's own class.
 
-use super::super::engine::FrameReport;
+use super::super::frame::FrameReport;
 use super::grid::Grid;
 use super::stencil::stencil;
 use super::tools::{Moment, Surroundings};

@@ -9,7 +9,7 @@
 
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
-use super::super::engine::FrameReport;
+use super::super::frame::FrameReport;
 use super::super::snapshot::Tag;
 use super::Particle;
 use super::contact::contact_velocity;

@@ -3,7 +3,7 @@
 //! `v_i = (p_i + P_tool) / (m_i + M_tool)`: an inelastic impact with a part of the tool, without a surface, friction or a way to let go. The tool's particles have the
 //! clay's inertial density, their places of the substep's start, and know no walls. What the clay gains is what the tool gave.
 
-use super::super::engine::FrameReport;
+use super::super::frame::FrameReport;
 use super::grid::Grid;
 use super::tools::Surroundings;
 use glam::DVec3;

@@ -40,7 +40,7 @@ mod weld;
 pub use particle::Particle;
 
 use super::cut::CutKey;
-use super::engine::{FramePlan, FrameReport};
+use super::frame::{FramePlan, FrameReport};
 use super::material::ClayMaterial;
 use super::params::Domain;
 use super::snapshot::{self, Snapshot};

@@ -3,7 +3,7 @@
 //! Walls are accounted last: their impulse is what the columns they fold gained beyond gravity, damping and contact. Everywhere else
 //! nothing is left over, so that `change = gravity + walls + damping - tools` is a check of every pass and not a definition.
 
-use super::super::engine::{Energies, FramePlan, FrameReport, ToolReport};
+use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
 use super::grid::Grid;
@@ -18,7 +18,7 @@ pub(super) fn begin(particles: &[Particle], plan: &FramePlan) -> FrameReport {
         dt: plan.dt,
         steps: plan.steps,
         particle_count: particles.len(),
-        density_scale: plan.density_scale,
+        density_scale: plan.density_scale(),
         momentum_before: momentum(particles, plan),
         tools: plan.tools.iter().map(|path| ToolReport { id: path.id, ..ToolReport::default() }).collect(),
         ..FrameReport::default()

@@ -5,7 +5,7 @@
 //! `v_p = sum_i w_ip v_i` and `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next stress.
 
 use super::super::cutting::CuttingMethod;
-use super::super::engine::{FramePlan, FrameReport};
+use super::super::frame::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
 use super::tools::Surroundings;

@@ -5,7 +5,7 @@
 //! surface: the sweep counts, because a blade at 3 cells per substep leaves its band behind it.
 
 use super::super::cut;
-use super::super::engine::FrameReport;
+use super::super::frame::FrameReport;
 use super::Particle;
 use super::tools::Surroundings;
 
@@ -38,8 +38,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::cutting::CuttingMethod;
-    use super::super::super::engine::{FramePlan, ToolReport, Validation};
+    use super::super::super::frame::{FramePlan, ToolReport};
     use super::super::super::material::ClayMaterial;
     use super::super::super::params::{Domain, Walls};
     use super::super::super::snapshot::Tag;
@@ -52,19 +51,8 @@ mod tests {
         let domain = Domain::new(DVec3::splat(-8.0), DVec3::splat(8.0), 1.0, Walls::default()).expect("domain");
         let tool = Tool { shape: ToolShape::Blade { half_width: 4.0, half_height: 4.0 }, contact: Contact::Slip };
         let sample = |time, z| PoseSample { time, pose: Pose { position: DVec3::Z * z, ..Pose::default() } };
-        let plan = FramePlan {
-            id: 0,
-            dt: 1.0,
-            steps: 1,
-            material: ClayMaterial::default(),
-            density_scale: 1.0,
-            gravity: DVec3::ZERO,
-            tools: vec![ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }],
-            volume_averaging: 0.0,
-            cutting: CuttingMethod::default(),
-            seed: 0,
-            validation: Validation::default(),
-        };
+        let tools = vec![ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, -0.2), sample(1.0, 0.2)] }];
+        let plan = FramePlan { tools, ..FramePlan::new(ClayMaterial::default(), 1.0, 1) };
         let mut particle = Particle::at(domain.to_grid(DVec3::Z * height), 1.0, 0);
         particle.tags[0] = tag;
         let mut frame = FrameReport { tools: vec![ToolReport::default()], ..FrameReport::default() };

@@ -1,6 +1,6 @@
 //! The substep's surroundings: constants of the clay, and the tools in motion.
 
-use super::super::engine::FramePlan;
+use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape, particle_touch};
 use super::super::validation::Manufactured;
@@ -99,7 +99,7 @@ impl<'a> Surroundings<'a> {
             case.acceleration(&self.plan.material, self.domain.to_world(node.as_dvec3()), case.time + self.start)
         };
         let body = self.plan.validation.manufactured.as_ref().map_or(DVec3::ZERO, force);
-        (self.plan.gravity + body) * (self.plan.dt / self.plan.density_scale)
+        (self.plan.gravity + body) * (self.plan.dt / self.plan.density_scale())
     }
 
     /// What validation damping leaves of a velocity [-].

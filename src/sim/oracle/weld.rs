@@ -5,7 +5,7 @@
 //! compression of more than the rule asks for.
 
 use super::super::cut::{MEETING_SHARE, WeldRule};
-use super::super::engine::{FramePlan, FrameReport};
+use super::super::frame::{FramePlan, FrameReport};
 use super::super::snapshot::Tag;
 use super::grid::Grid;
 use super::stencil::stencil;

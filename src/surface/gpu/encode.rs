@@ -33,7 +33,7 @@ enum Groups {
 }
 
 impl GpuSurface {
-    /// Records the passes for `count` particles of 24 bytes ([`SurfaceParticle`](crate::sim::engine::SurfaceParticle)). To be submitted before
+    /// Records the passes for `count` particles of 24 bytes ([`SurfaceParticle`](crate::sim::frame::SurfaceParticle)). To be submitted before
     /// the next call. Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another target. Where a
     /// mesh is forced, the first of this surface, of another number of particles, or follows one that found no room, the target's indices are written to the end of their capacity.
     pub fn encode(

@@ -1,7 +1,6 @@
 //! An engine against the f64 oracle: same snapshot, same plan, particle by particle. The cases that every engine has to pass.
 
 use bevy_clay::prelude::*;
-use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::oracle::Oracle;
 use glam::{DQuat, DVec2, DVec3, IVec3};
 use std::f64::consts::PI;
@@ -84,19 +83,8 @@ pub fn block(size: IVec3, drop: f64, walls: Walls, material: ClayMaterial) -> Sn
 /// A plan of `steps` substeps, each of `dt_fraction` of the stability limit.
 pub fn plan(snapshot: &Snapshot, dt_fraction: f64, steps: u32, tools: Vec<ToolPath>) -> FramePlan {
     let m = snapshot.material;
-    FramePlan {
-        id: 1,
-        dt: dt_fraction * m.time_step_limit(CELL, m.density),
-        steps,
-        material: m,
-        density_scale: 1.0,
-        gravity: DVec3::new(0.0, -9.81, 0.0),
-        tools,
-        volume_averaging: 0.0,
-        cutting: CuttingMethod::default(),
-        seed: 0,
-        validation: Validation::default(),
-    }
+    let plan = FramePlan::new(m, dt_fraction * m.time_step_limit(CELL, m.density), steps);
+    FramePlan { id: 1, gravity: DVec3::new(0.0, -9.81, 0.0), tools, outputs: FrameOutputs::ALL, ..plan }
 }
 
 /// Clay of the peers' scene: E 1e5, nu 0.1, yield 2 kPa.

@@ -1,6 +1,5 @@
 //! What the cases share: rooms, blocks of clay, and a bench that runs frames of it.
 
-use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
 use clap::ValueEnum;
@@ -258,20 +257,7 @@ impl Lab {
     pub fn with_threads(snapshot: &Snapshot, dt: f64, threads: usize) -> Self {
         let mut engine = engine(threads);
         engine.load(snapshot).expect("the clay loads");
-        let plan = FramePlan {
-            id: 0,
-            dt,
-            steps: 1,
-            material: snapshot.material,
-            density_scale: 1.0,
-            gravity: DVec3::ZERO,
-            tools: vec![],
-            volume_averaging: 0.0,
-            cutting: CuttingMethod::default(),
-            seed: 0,
-            validation: Validation::default(),
-        };
-        Self { engine, plan }
+        Self { engine, plan: FramePlan { outputs: FrameOutputs::ALL, ..FramePlan::new(snapshot.material, dt, 1) } }
     }
 
     /// Runs a frame of `steps` substeps with `tools`.
@@ -296,7 +282,7 @@ impl Lab {
 
     /// The clay now, particles by id.
     pub fn particles(&self) -> Vec<Particle> {
-        let mut particles = self.engine.save().expect("clay is loaded").particles;
+        let mut particles = self.engine.state_deferred().expect("clay is loaded")().particles;
         particles.sort_by_key(|p| p.id);
         particles
     }

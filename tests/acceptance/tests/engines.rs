@@ -1,8 +1,8 @@
 //! The native engine against the f64 oracle.
 
 use bevy_clay::prelude::*;
-use bevy_clay::sim::engine::Validation;
 use bevy_clay::sim::oracle::Oracle;
+use bevy_clay::sim::validation::Validation;
 use bevy_clay::sim::validation::{AffineDrive, Manufactured};
 use clay_acceptance::agreement::{self, Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};
 use glam::{DMat3, DQuat, DVec2, DVec3, IVec3};
@@ -171,7 +171,7 @@ fn manufactured_force_agrees() {
     let (low, high) = s.domain.corners();
     let (length, phases) = ((high - low).max_element(), DVec3::new(0.3, 1.0, 2.2));
     let case = Manufactured { amplitudes: DVec3::splat(0.1), length, low, phases, time: 0.0 };
-    p.density_scale = 2.0;
+    p.integrator = Integrator::Explicit { density_scale: 2.0 };
     p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
     assert_all(vec![special("manufactured", s, p)]);
 }

@@ -1,13 +1,13 @@
 //! The f64 oracle against closed forms: free flight, rotation, waves, weight, walls, tools and cuts.
 
-use bevy_clay::sim::cutting::CuttingMethod;
-use bevy_clay::sim::engine::{FramePlan, FrameReport, Validation};
+use bevy_clay::sim::frame::{FramePlan, FrameReport, Integrator};
 use bevy_clay::sim::health::Health;
 use bevy_clay::sim::material::{ClayMaterial, Preset};
 use bevy_clay::sim::oracle::{Oracle, Particle, law};
 use bevy_clay::sim::params::{Domain, WALL_NODE, Wall, Walls};
 use bevy_clay::sim::snapshot::{Snapshot, Tag};
 use bevy_clay::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
+use bevy_clay::sim::validation::Validation;
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -41,19 +41,8 @@ fn fill(oracle: &mut Oracle, low: [f64; 3], size: [u32; 3], per_edge: [u32; 3]) 
 
 /// One frame of `steps` at `fraction` of the stability limit; no gravity, no tools.
 fn plan(oracle: &Oracle, fraction: f64, steps: u32) -> FramePlan {
-    FramePlan {
-        id: 0,
-        dt: fraction * oracle.material.time_step_limit(CELL_WIDTH, oracle.material.density),
-        steps,
-        material: oracle.material,
-        density_scale: 1.0,
-        gravity: DVec3::ZERO,
-        tools: Vec::new(),
-        volume_averaging: 0.0,
-        cutting: CuttingMethod::default(),
-        seed: 0,
-        validation: Validation::default(),
-    }
+    let limit = oracle.material.time_step_limit(CELL_WIDTH, oracle.material.density);
+    FramePlan::new(oracle.material, fraction * limit, steps)
 }
 
 /// World position [m] of a point given in cells from the room's low corner.
@@ -258,7 +247,13 @@ fn momentum_balances_with_walls_and_every_tool() {
         let duration = plan.duration();
         let validation = Validation { damping: 20.0, ..Validation::default() };
         let gravity = DVec3::new(1.0, -9.81, 0.5);
-        let report = oracle.run(&FramePlan { tools: vec![path], gravity, validation, density_scale: 4.0, ..plan });
+        let report = oracle.run(&FramePlan {
+            tools: vec![path],
+            gravity,
+            validation,
+            integrator: Integrator::Explicit { density_scale: 4.0 },
+            ..plan
+        });
         let error = report.balance_error();
         assert!(error < 1e-12, "{shape:?} {contact:?}: {error:e}");
         let tool = report.tools[0];

@@ -1,6 +1,6 @@
 //! What holds for every state: moments of the kernel, objectivity, kept volume, dissipation, and the round trip of logarithm and exponential.
 
-use bevy_clay::sim::engine::FrameReport;
+use bevy_clay::sim::frame::FrameReport;
 use bevy_clay::sim::oracle::Oracle;
 use bevy_clay::sim::oracle::law::{self, Spectrum};
 use bevy_clay::sim::prelude::*;

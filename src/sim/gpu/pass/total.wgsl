@@ -57,5 +57,11 @@ fn total(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
         if k < step { partial[k] = sum(partial[k], partial[k + step]); }
     }
     let place = group.y * groups.x + group.x;
-    if k == 0u && place < arrayLength(&totals) { totals[place] = partial[0]; }
+    if k != 0u || place >= arrayLength(&totals) { return; }
+    let all_ = partial[0];
+    // A flag keeps the frame after this one off the records that this one started from.
+    if !is_finite(dot(abs(all_.momentum) + abs(all_.angular) + abs(all_.strain), vec3f(1.0)) + all_.kinetic + all_.momentum_size + all_.reach) {
+        halt(NON_FINITE);
+    }
+    totals[place] = all_;
 }

@@ -2,7 +2,8 @@
 
 use crate::lab::{DX, Lab, Mover, Size, lattice, place, room_with, snapshot};
 use crate::report::Row;
-use bevy_clay::sim::plan::{AVERAGING_INTERVAL, STEP_FRACTION, VOLUME_AVERAGING};
+use bevy_clay::sim::frame::AVERAGING_INTERVAL;
+use bevy_clay::sim::plan::{STEP_FRACTION, VOLUME_AVERAGING};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::tool::CONTACT_OFFSET;
 use glam::{DQuat, DVec3, IVec3};

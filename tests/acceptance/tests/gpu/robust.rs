@@ -162,8 +162,8 @@ pub(crate) fn lost_device_is_told() -> Result<(), Failed> {
     let before = engine.save().map_err(|e| e.to_string())?;
     handle.destroy();
     let outcome = engine.submit(case.plan.clone()).and_then(|()| engine.wait());
-    assert!(matches!(outcome, Err(EngineError::Stopped(_) | EngineError::Gpu(_))), "{outcome:?}");
-    let after = engine.save().map_err(|e| e.to_string())?;
+    assert!(matches!(outcome, Err(EngineError::Stopped(_) | EngineError::Device(_))), "{outcome:?}");
+    let after = engine.state_deferred().map_err(|e| e.to_string())?();
     assert!(before == after, "the last state is lost");
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What has changed is extracted, and nothing else; the mesh is that of all blocks all the same.
 
 use super::assert_same;
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::{Field, SurfaceSettings};

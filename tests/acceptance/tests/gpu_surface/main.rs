@@ -4,7 +4,7 @@
 
 mod changes;
 
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource, Validation};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::{extract, extract_field};
@@ -237,20 +237,8 @@ fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
     for frame in 0..2u64 {
         if frame > 0 {
             let dt = 0.5 * material.time_step_limit(domain.cell_width, material.density);
-            let plan = FramePlan {
-                id: frame,
-                dt,
-                steps: 20,
-                material,
-                density_scale: 1.0,
-                gravity: DVec3::new(0.0, -2e3, 0.0),
-                tools: vec![],
-                volume_averaging: 0.0,
-                cutting: CuttingMethod::default(),
-                seed: 0,
-                validation: Validation::default(),
-            };
-            engine.submit(plan)?;
+            let gravity = DVec3::new(0.0, -2e3, 0.0);
+            engine.submit(FramePlan { id: frame, gravity, ..FramePlan::new(material, dt, 20) })?;
             let report = engine.wait()?;
             assert!(report.health.is_ok() && report.momentum.length() > 0.0, "{}", report.health);
         }

@@ -1,7 +1,7 @@
 //! Rays through the fields, against the mesh of the same fields.
 #![expect(clippy::print_stdout, reason = "figures")]
 
-use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::frame::SurfaceSource;
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::extract::extract_by;
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};

@@ -1,6 +1,6 @@
 //! Accuracy: a ball of ten cells, small clusters.
 
-use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::frame::SurfaceSource;
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::{SurfaceSettings, Tier};

@@ -1,7 +1,7 @@
 //! What callers rely on: files, threads, odd input, memory, time.
 
 use bevy_clay::scene::export::write_mesh;
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};

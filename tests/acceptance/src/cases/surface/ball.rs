@@ -3,7 +3,7 @@
 use super::clay::{BALL_CENTRE, CELL, CUBE_CENTRE, Random, ball, cluster, domain, lattice, source, with_dust};
 use crate::lab::Size;
 use crate::report::Row;
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::{SurfaceSettings, Tier};

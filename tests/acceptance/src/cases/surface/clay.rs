@@ -1,6 +1,6 @@
 //! Clay for surfaces: jittered lattices, balls, clusters, cubes with cuts of no width. Shared by `validate` and the tests of the surface.
 
-use bevy_clay::sim::engine::{SurfaceParticle, SurfaceSource};
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::mesh::Mesh;

@@ -1,6 +1,6 @@
 //! A device, surfaces on it, and what comes back from them. Shared by `validate` and the tests.
 
-use bevy_clay::sim::engine::SurfaceSource;
+use bevy_clay::sim::frame::SurfaceSource;
 use bevy_clay::sim::gpu::{GpuDevice, GpuError};
 use bevy_clay::sim::params::Domain;
 use bevy_clay::surface::field::{Field, SurfaceSettings};

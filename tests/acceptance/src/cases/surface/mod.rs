@@ -17,7 +17,7 @@ pub use rest::at_rest;
 pub use settled::cases as settled_cuts;
 
 use crate::lab::Random;
-use bevy_clay::sim::engine::SurfaceParticle;
+use bevy_clay::sim::frame::SurfaceParticle;
 use bevy_clay::sim::params::WALL_NODE;
 use glam::DVec3;
 

@@ -1,0 +1,394 @@
+//! A frame as data: the plan that goes into an engine, the report and the surface particles that come out.
+
+use super::cut::SheetSet;
+use super::cutting::CuttingMethod;
+use super::health::Health;
+use super::material::ClayMaterial;
+use super::params::{Domain, ParamsError};
+use super::tool::{ToolPath, ToolShape};
+use super::validation::Validation;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// One frame to run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FramePlan {
+    /// Names the frame in its report.
+    pub id: u64,
+    /// Substep [s].
+    pub dt: f64,
+    /// Number of substeps; the frame lasts `dt * steps`.
+    pub steps: u32,
+    /// The clay's parameters in this frame.
+    pub material: ClayMaterial,
+    /// How the substeps are integrated, with the numbers of the method.
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// Gravity [m/s^2].
+    pub gravity: DVec3,
+    /// The tools and their ways through the frame.
+    pub tools: Vec<ToolPath>,
+    /// Anti-locking [-] in [0, 1): the share per substep by which the ln J of flowing particles relaxes to their cell's mean; 0 is plain MPM.
+    #[serde(default)]
+    pub volume_averaging: f64,
+    /// How tools act on the clay: other methods than the first are there to be compared with it.
+    #[serde(default)]
+    pub cutting: CuttingMethod,
+    /// What the frame hands out beside its report.
+    #[serde(default)]
+    pub outputs: FrameOutputs,
+    /// Inputs of validation cases, which an application must not use.
+    #[cfg(feature = "reference")]
+    #[serde(default)]
+    pub validation: Validation,
+    #[cfg(not(feature = "reference"))]
+    #[serde(skip)]
+    pub(crate) validation: Validation,
+}
+
+/// How substeps are integrated in time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Integrator {
+    /// Symplectic Euler, stable below [`ClayMaterial::time_step_limit`].
+    Explicit {
+        /// Inertial density over the material's density [-]: 1, or more while a tool engages supported clay. Weight is not scaled.
+        density_scale: f64,
+    },
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self::Explicit { density_scale: 1.0 }
+    }
+}
+
+/// What a frame hands out at its end beside its report. What is not asked for is not copied back from a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameOutputs {
+    /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
+    pub surface: bool,
+    /// The whole state, 116 bytes a particle, for [`Engine::state`](super::engine::Engine::state).
+    pub state: bool,
+}
+
+impl FrameOutputs {
+    /// The report alone.
+    pub const NOTHING: Self = Self { surface: false, state: false };
+    /// All there is.
+    pub const ALL: Self = Self { surface: true, state: true };
+}
+
+impl Default for FrameOutputs {
+    /// The surface, not the state.
+    fn default() -> Self {
+        Self { surface: true, state: false }
+    }
+}
+
+/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs about a substep.
+pub const AVERAGING_INTERVAL: u32 = 8;
+
+impl FramePlan {
+    /// A frame of `steps` substeps of `dt` [s] of clay made of `material`, explicit with its own inertia: no tools, no gravity, no averaging.
+    pub fn new(material: ClayMaterial, dt: f64, steps: u32) -> Self {
+        Self {
+            id: 0,
+            dt,
+            steps,
+            integrator: Integrator::default(),
+            material,
+            gravity: DVec3::ZERO,
+            tools: vec![],
+            volume_averaging: 0.0,
+            cutting: CuttingMethod::default(),
+            outputs: FrameOutputs::default(),
+            validation: Validation::default(),
+        }
+    }
+
+    /// Duration of the frame [s].
+    pub fn duration(&self) -> f64 {
+        self.dt * f64::from(self.steps)
+    }
+
+    /// Inertial density over the material's density [-].
+    pub fn density_scale(&self) -> f64 {
+        match self.integrator {
+            Integrator::Explicit { density_scale } => density_scale,
+        }
+    }
+
+    /// Inertial density [kg/m^3].
+    pub fn inertial_density(&self) -> f64 {
+        self.material.density * self.density_scale()
+    }
+
+    /// Share [-] of its difference to the mean that a flowing particle's ln J loses before substep `step` of `steps`: what
+    /// [`Self::volume_averaging`] in each substep up to the next averaging amounts to, or 0 where none is due.
+    pub(super) fn averaging_share(&self, step: u32, steps: u32) -> f64 {
+        let is_due = step.is_multiple_of(AVERAGING_INTERVAL) && self.material.yield_stress.is_finite();
+        if !is_due || self.material.law.is_as_published() {
+            return 0.0;
+        }
+        let substeps = AVERAGING_INTERVAL.min(steps - step);
+        1.0 - (1.0 - self.volume_averaging).powf(f64::from(substeps))
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first parameter that is out of its range, by name.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        // First: a bad material makes a senseless time step.
+        self.material.validate()?;
+        self.validate_step()?;
+        if !(0.0..1.0).contains(&self.volume_averaging) {
+            return Err(ParamsError::new("volume_averaging", self.volume_averaging, "must lie in [0, 1)"));
+        }
+        if !self.gravity.is_finite() {
+            return Err(ParamsError::new("gravity", self.gravity, "must be finite"));
+        }
+        self.tools.iter().try_for_each(|path| self.validate_tool(path))?;
+        self.validate_cutting()
+    }
+
+    fn validate_step(&self) -> Result<(), ParamsError> {
+        if !(self.dt.is_finite() && self.dt > 0.0) {
+            return Err(ParamsError::new("dt", self.dt, "must be a positive time step in seconds"));
+        }
+        // 1e-15 s keeps 1 / dt an f32; more than 1e7 substeps are hours for a handful of particles.
+        if self.dt < 1e-15 {
+            return Err(ParamsError::new("dt", self.dt, "must be at least 1e-15 s"));
+        }
+        if !(1..=10_000_000).contains(&self.steps) {
+            let reason = "must be 1 to 10,000,000; a longer frame or a finer step needs more frames";
+            return Err(ParamsError::new("steps", self.steps, reason));
+        }
+        match self.integrator {
+            Integrator::Explicit { density_scale } if !(density_scale.is_finite() && density_scale >= 1.0) => {
+                Err(ParamsError::new("density_scale", density_scale, "must be 1 or more"))
+            }
+            Integrator::Explicit { .. } => Ok(()),
+        }
+    }
+
+    fn validate_tool(&self, path: &ToolPath) -> Result<(), ParamsError> {
+        path.tool.validate()?;
+        if path.samples.is_empty() || !path.is_finite() {
+            let reason = "needs at least one sample, finite numbers and times in order";
+            return Err(ParamsError::new("tool path", format!("tool {}", path.id), reason));
+        }
+        if !path.samples.iter().all(|s| s.pose.rotation.is_normalized()) {
+            return Err(ParamsError::new("tool path", format!("tool {}", path.id), "needs rotations of length 1"));
+        }
+        let is_rival = |p: &&ToolPath| {
+            p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet_id() == path.sheet_id())
+        };
+        if self.tools.iter().filter(is_rival).count() > 1 {
+            let reason =
+                "must be another than every other tool's, and each blade needs a sheet of its own (by default the id's low byte)";
+            return Err(ParamsError::new("tool id", path.id, reason));
+        }
+        Ok(())
+    }
+
+    /// Methods kept for comparison know no wires and no inputs of validation cases.
+    fn validate_cutting(&self) -> Result<(), ParamsError> {
+        let refusal = |reason| Err(ParamsError::new("cutting", format!("{:?}", self.cutting), reason));
+        if self.cutting.keeps_cuts() {
+            return Ok(());
+        }
+        if self.tools.iter().any(|path| matches!(path.tool.shape, ToolShape::Wire { .. })) {
+            return refusal("is kept for comparison and knows no wires");
+        }
+        if self.validation != Validation::default() {
+            return refusal("is kept for comparison and takes no inputs of validation cases");
+        }
+        Ok(())
+    }
+}
+
+/// What a tool felt in one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToolReport {
+    /// The path's id.
+    pub id: u32,
+    /// Impulse of the clay on the tool [N s].
+    pub impulse: DVec3,
+    /// Angular impulse of the clay on the tool about its origin [N m s].
+    pub angular_impulse: DVec3,
+    /// Mean force on the tool over the frame [N].
+    pub force: DVec3,
+    /// Mean torque on the tool about its origin [N m].
+    pub torque: DVec3,
+    /// Node contacts, summed over the substeps.
+    pub contacts: u64,
+    /// Particles that took a side of the blade.
+    pub tagged: u64,
+    /// Those among them that stood at two other cuts already and gave up the older one: there that cut has grown together.
+    #[serde(default)]
+    pub displaced: u64,
+    /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
+    pub pushed_back: u64,
+    /// Greatest depth of such a particle behind the blade [cells].
+    pub depth_max: f64,
+}
+
+/// Energies at the end of a frame [J]; kinetic with the inertial density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// Kinetic, with the affine part.
+    pub kinetic: f64,
+    /// Elastic.
+    pub elastic: f64,
+}
+
+/// Wall-clock time [s] per part of the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timings {
+    /// The whole frame.
+    pub total: f64,
+    /// Sorting particles into blocks.
+    pub rebin: f64,
+    /// Node sums and grid update.
+    pub grid: f64,
+    /// Gather, clay law and scatter.
+    pub particles: f64,
+    /// Copies and statistics at the frame's end.
+    pub report: f64,
+}
+
+/// What came of one plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// The plan's id.
+    pub plan_id: u64,
+    /// What went wrong.
+    pub health: Health,
+    /// How often the frame was redone with half the time step.
+    pub redone: u32,
+    /// Substep used [s].
+    pub dt: f64,
+    /// Substeps run.
+    pub steps: u32,
+    /// Inertial density over the material's density, as planned.
+    pub density_scale: f64,
+    /// Simulated time at the frame's end [s].
+    pub time: f64,
+    /// Particles in motion.
+    pub particle_count: usize,
+    /// Ids of particles that are not finite, frozen out when loaded.
+    pub quarantined: Vec<u32>,
+    /// Sum of inertial particle masses [kg].
+    pub particle_mass: f64,
+    /// Sum of node masses at the last substep [kg].
+    pub grid_mass: f64,
+    /// Momentum of the clay when the frame started [kg m/s].
+    pub momentum_before: DVec3,
+    /// Momentum of the clay when it ended [kg m/s].
+    pub momentum: DVec3,
+    /// Angular momentum about the world's origin at the end, with the affine part [kg m^2/s].
+    pub angular_momentum: DVec3,
+    /// Impulse of gravity on the clay [N s].
+    pub gravity_impulse: DVec3,
+    /// Impulse of the walls on the clay [N s].
+    pub wall_impulse: DVec3,
+    /// Impulse taken by validation damping [N s].
+    pub damping_impulse: DVec3,
+    /// Sum over substeps and nodes of |wall impulse| + |tool impulse| [N s].
+    pub impulse_scale: f64,
+    /// Sum of m |v| at the end [kg m/s].
+    pub momentum_scale: f64,
+    /// Energies at the end.
+    pub energies: Energies,
+    /// Least and greatest volume ratio J.
+    pub volume_ratio: (f64, f64),
+    /// Sum of V_p J_p [m^3].
+    pub volume: f64,
+    /// Greatest node speed [cells per substep].
+    pub speed_max: f64,
+    /// Particles whose strain was clamped.
+    pub clamped: u64,
+    /// The sheets that particles have a side of.
+    #[serde(default)]
+    pub sheets: SheetSet,
+    /// Sides of cuts that grew together with the other side and are gone.
+    #[serde(default)]
+    pub welded: u64,
+    /// Each tool of the plan.
+    pub tools: Vec<ToolReport>,
+    /// Where the time went.
+    pub timings: Timings,
+    /// Bytes copied back from a device for this frame; 0 where clay lives in the processor's memory.
+    #[serde(default)]
+    pub bytes_read_back: u64,
+}
+
+impl FrameReport {
+    /// The report of `plan` before anything is known of it: its id and step.
+    pub fn new(plan: &FramePlan) -> Self {
+        Self { plan_id: plan.id, dt: plan.dt, density_scale: plan.density_scale(), ..Self::default() }
+    }
+
+    /// Simulated time that the frame covered [s].
+    pub fn duration(&self) -> f64 {
+        self.dt * f64::from(self.steps)
+    }
+
+    /// Whether a tool engaged supported clay: it touched clay while a wall held clay up. Only then may inertia be scaled in a later frame; a body that
+    /// flies or falls keeps its own.
+    pub fn is_engaged(&self) -> bool {
+        self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO
+    }
+
+    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did not run.
+    pub fn speed(&self, cell_width: f64) -> f64 {
+        if self.dt > 0.0 { self.speed_max * cell_width / self.dt } else { 0.0 }
+    }
+
+    /// Kinetic over elastic energy [-]: the check on inertia scaling, which counts as harmless up to 1 or 2 % of the internal energy. The energy
+    /// that flow has dissipated is internal too and not counted, so this is on the safe side. 0 for clay without strain that does not move.
+    pub fn kinetic_ratio(&self) -> f64 {
+        let Energies { kinetic, elastic } = self.energies;
+        if kinetic > 0.0 { kinetic / elastic } else { 0.0 }
+    }
+
+    /// Simulated time over wall time [-]; 0 for a frame that did not run.
+    pub fn real_time_factor(&self) -> f64 {
+        if self.timings.total > 0.0 { self.duration() / self.timings.total } else { 0.0 }
+    }
+
+    /// |clay momentum change + tool and wall impulses| over (sum of |impulses| + sum of m |v|): Newton's third law, kept to rounding.
+    pub fn balance_error(&self) -> f64 {
+        let on_tools: DVec3 = self.tools.iter().map(|t| t.impulse).sum();
+        let change = self.momentum - self.momentum_before;
+        let error = change + on_tools - self.wall_impulse - self.gravity_impulse - self.damping_impulse;
+        let scale = self.impulse_scale + self.momentum_scale;
+        if scale > 0.0 { error.length() / scale } else { error.length() }
+    }
+}
+
+/// One particle as the surface sees it, 24 bytes: what an engine uploads or aliases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfaceParticle {
+    /// Position in grid coordinates [cells].
+    pub position: [f32; 3],
+    /// Volume ratio J [-].
+    pub volume_ratio: f32,
+    /// Rest volume over cell volume [-]: 1/8 at 8 particles per cell.
+    pub density_weight: f32,
+    /// Tags packed: bytes (sheet, side) of the first and the second cut, as in the particle.
+    pub tags: u32,
+}
+
+/// What any extractor reads, whichever engine made it.
+#[derive(Clone, Debug)]
+pub struct SurfaceSource {
+    /// The grid the positions refer to.
+    pub domain: Domain,
+    /// The particles, in an order that is the same in every run.
+    pub particles: Arc<Vec<SurfaceParticle>>,
+}

@@ -1,0 +1,87 @@
+//! What frames have handed out: surface particles and state, on the host or in a mapped buffer, with the grid and time they belong to.
+
+use super::super::engine::{Deferred, StatePromise};
+use super::super::frame::SurfaceSource;
+use super::super::material::ClayMaterial;
+use super::super::params::Domain;
+use super::super::snapshot::{Particle, Snapshot};
+use super::readback::Readback;
+use super::report::surface_particle;
+use std::sync::Arc;
+
+/// The clay at the end of a frame.
+#[derive(Debug)]
+pub(super) struct Ended {
+    pub domain: Domain,
+    pub material: ClayMaterial,
+    pub time: f64,
+    /// How many frames had been reported by then.
+    pub frame: usize,
+    pub held: Held,
+}
+
+/// Where its particles are.
+#[derive(Debug)]
+pub(super) enum Held {
+    Loaded(Vec<Particle>),
+    Device(Readback),
+}
+
+impl Ended {
+    pub(super) fn snapshot(&self) -> Snapshot {
+        let particles = match &self.held {
+            Held::Loaded(particles) => particles.clone(),
+            Held::Device(readback) => readback.records(),
+        };
+        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
+    }
+
+    fn surface(&self) -> SurfaceSource {
+        let particles = match &self.held {
+            Held::Loaded(particles) => particles.iter().map(|p| surface_particle(p, self.domain.cell_width)).collect(),
+            Held::Device(readback) => readback.surface(),
+        };
+        SurfaceSource { domain: self.domain, particles: Arc::new(particles) }
+    }
+}
+
+/// The newest of each kind; both may be of one frame.
+#[derive(Clone, Debug)]
+pub(super) struct Handed {
+    pub surface: Arc<Ended>,
+    pub state: Arc<Ended>,
+}
+
+impl Handed {
+    /// Clay as loaded.
+    pub(super) fn new(ended: Ended) -> Self {
+        let ended = Arc::new(ended);
+        Self { surface: ended.clone(), state: ended }
+    }
+
+    pub(super) fn surface_deferred(&self) -> Deferred<SurfaceSource> {
+        let ended = self.surface.clone();
+        Box::new(move || ended.surface())
+    }
+
+    pub(super) fn state_deferred(&self) -> Deferred<Snapshot> {
+        let ended = self.state.clone();
+        Box::new(move || ended.snapshot())
+    }
+}
+
+/// Hands a state to everybody who asked for it.
+pub(super) fn answer(state: &Arc<Ended>, promises: Vec<StatePromise>) {
+    for promise in promises {
+        let state = state.clone();
+        promise.keep(Box::new(move || state.snapshot()));
+    }
+}
+
+/// The staging of something that nobody reads any more.
+pub(super) fn spare(ended: Arc<Ended>) -> Option<Readback> {
+    match Arc::into_inner(ended)?.held {
+        Held::Device(readback) => Some(readback.recycle()),
+        Held::Loaded(_) => None,
+    }
+}
