@@ -164,13 +164,13 @@ fn run(built: &BuiltScene, args: &Args, began: Instant) -> Result<Vec<String>, S
     let mut last = FrameReport::default();
     let pictures = args.pictures.unwrap_or(PICTURES).min(frames);
     let mut moments = vec![];
-    let mut sheets = Sheets::new(&built.snapshot);
+    let mut planner = built.planner();
     for frame in 0..frames {
-        let mut plan = built.frame_plan(frame, &last);
-        sheets.deal(&mut plan);
+        let Decision::Run(plan) = built.next(frame, &mut planner) else { break };
         engine.submit(plan.clone()).map_err(|e| e.to_string())?;
+        planner.sent();
         last = engine.wait().map_err(|e| e.to_string())?;
-        sheets.note(&mut last);
+        planner.note(&mut last);
         run.add(&last, cell_width);
         if last.health.contains(Health::GIVEN_UP) {
             bar.abandon_with_message(format!("stopped: {}", last.health));

@@ -169,7 +169,7 @@ fn tools_are_slow_and_leave() {
         let scene = built(name);
         let frame_time = scene.scene.frame_time;
         for frame in 0..scene.frame_count() {
-            let plan = scene.frame_plan(frame, &FrameReport::default());
+            let Decision::Run(plan) = scene.next(frame, &mut scene.planner()) else { panic!("{name}, frame {frame} waits") };
             plan.validate().expect("a plan that can be run");
             assert!(plan.tools.iter().all(|tool| tool.speed_max() < 0.1), "{name}, frame {frame}");
         }

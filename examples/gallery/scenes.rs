@@ -60,14 +60,13 @@ impl GalleryScene {
         let built = scene.build(&Path::new(env!("CARGO_MANIFEST_DIR")).join(self.folder)).map_err(|e| e.to_string())?;
         let mut engine = NativeEngine::new();
         engine.load(&built.snapshot).map_err(|e| e.to_string())?;
-        let mut sheets = Sheets::new(&built.snapshot);
-        let mut last = FrameReport::default();
+        let mut planner = built.planner();
         for frame in 0..built.frame_count() {
-            let mut plan = built.frame_plan(frame, &last);
-            sheets.deal(&mut plan);
+            let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
             engine.submit(plan).map_err(|e| e.to_string())?;
-            last = engine.wait().map_err(|e| e.to_string())?;
-            sheets.note(&mut last);
+            planner.sent();
+            let mut last = engine.wait().map_err(|e| e.to_string())?;
+            planner.note(&mut last);
             if last.health.contains(Health::GIVEN_UP) {
                 return Err(format!("{}: the run stopped at {:.3} s: {}", self.pictures[0], last.time, last.health));
             }

@@ -7,8 +7,8 @@ use crate::args::Args;
 use crate::stroke::Work;
 use bevy::prelude::*;
 use bevy::winit::{UpdateMode, WinitSettings};
-use bevy_clay::plugin::step::FRAMES_UNDER_WAY;
 use bevy_clay::prelude::*;
+use bevy_clay::sim::planner::FRAMES_UNDER_WAY;
 use std::time::Duration;
 
 /// Part of a window's frame that the engine may take.

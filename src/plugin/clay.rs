@@ -5,7 +5,7 @@ use super::show::{ClaySurface, Extraction};
 use crate::sim::frame::FrameReport;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{Domain, WALL_NODE, Walls};
-use crate::sim::plan::InertiaScaling;
+use crate::sim::planner::{Backlog, InertiaScaling};
 use crate::sim::snapshot::{Particle, Snapshot};
 use bevy::ecs::component::{Mutable, StorageType};
 use bevy::ecs::lifecycle::HookContext;
@@ -155,6 +155,8 @@ pub struct ClaySettings {
     pub mesh: MeshQuality,
     /// Where its surface is made.
     pub surface: SurfaceMaker,
+    /// What the tools do with the hand's way that the clay had no time for.
+    pub backlog: Backlog,
     /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less keeps only the start.
     pub snapshot_interval: f32,
 }
@@ -169,6 +171,7 @@ impl Default for ClaySettings {
             is_paused: false,
             mesh: MeshQuality::Fine,
             surface: SurfaceMaker::Auto,
+            backlog: Backlog::WorkOff,
             snapshot_interval: 1.0,
         }
     }
@@ -209,6 +212,8 @@ pub struct ClayStatus {
     pub rate: f64,
     /// Time of the app's clock [s] that the clay did not follow because the engine was busy.
     pub given_up: f64,
+    /// Time [s] by which the tools, as the clay has them, lag behind the hand.
+    pub lag: f64,
     /// Substeps of the last frame.
     pub substeps: u32,
     /// Wall time of the last frame [ms].

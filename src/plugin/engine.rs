@@ -5,12 +5,13 @@ use super::gpu::{AppDevice, Bridge, SharedDevice};
 use super::held::HeldTime;
 use super::report::Pace;
 use super::schedule::ClaySystems;
-use super::step::Planner;
+use super::step::Plans;
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
 use crate::sim::params::Domain;
 use crate::sim::snapshot::Snapshot;
+use crate::sim::tool::Pose;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
@@ -29,7 +30,7 @@ pub struct ClayEngine {
     /// Its way into the render world, if it runs there.
     pub(super) bridge: Option<Bridge>,
     pub(super) want: Want,
-    pub(super) planner: Planner,
+    pub(super) plans: Plans,
     pub(super) pace: Pace,
     /// What [`Self::describe`] says.
     pub(super) name: String,
@@ -61,7 +62,7 @@ impl ClayEngine {
             bridge,
             want,
             pace: Pace::default(),
-            planner: Planner::new(&snapshot),
+            plans: Plans::new(&snapshot),
             generation: 0,
             revision: 0,
             is_leaving: false,
@@ -98,6 +99,12 @@ impl ClayEngine {
         self.engine().request_state()
     }
 
+    /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame reported: in slow motion it is behind the hand.
+    /// Nothing if the tool was not in that frame.
+    pub fn tool_pose(&self, tool: Entity) -> Option<Pose> {
+        self.plans.planner.tool_pose(tool.to_bits())
+    }
+
     /// Frames under way.
     pub fn pending(&self) -> usize {
         self.engine().pending()
@@ -109,8 +116,8 @@ impl ClayEngine {
     }
 
     /// The engine and what is planned for it.
-    pub(super) fn parts(&mut self) -> (&mut dyn Engine, &mut Planner) {
-        (self.engine.get_mut().unwrap_or_else(PoisonError::into_inner).as_mut(), &mut self.planner)
+    pub(super) fn parts(&mut self) -> (&mut dyn Engine, &mut Plans) {
+        (self.engine.get_mut().unwrap_or_else(PoisonError::into_inner).as_mut(), &mut self.plans)
     }
 
     /// Whether the engine is gone, or the device it ran on is no longer the app's.
@@ -314,7 +321,7 @@ pub(super) fn admit(
                 start.generation += 1;
                 engine.generation = start.generation;
                 if let Some(mut old) = old.filter(|old| Arc::ptr_eq(&old.want.source, &want.source)) {
-                    engine.planner.take_over(std::mem::take(&mut old.planner));
+                    engine.plans.take_over(std::mem::take(&mut old.plans));
                 }
                 start.refused = None;
                 start.error = None;

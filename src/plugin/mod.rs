@@ -42,7 +42,7 @@ mod reflect;
 mod report;
 pub mod schedule;
 pub mod show;
-pub mod step;
+mod step;
 pub mod tool;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};

@@ -5,7 +5,7 @@
 use super::clay::{Clay, ClaySettings, ClayStatus};
 use super::tool::SculptTool;
 use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
-use crate::sim::plan::InertiaScaling;
+use crate::sim::planner::{Backlog, InertiaScaling};
 use crate::sim::tool::{Contact, Profile, Tool, ToolShape};
 use bevy::prelude::*;
 use bevy::reflect::{impl_reflect, impl_reflect_opaque};
@@ -52,7 +52,16 @@ impl_reflect!(
 
 impl_reflect!(
     #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
-    #[type_path = "bevy_clay::sim::plan"]
+    #[type_path = "bevy_clay::sim::planner"]
+    enum Backlog {
+        WorkOff,
+        Drop,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::planner"]
     enum InertiaScaling {
         Off,
         Accurate,

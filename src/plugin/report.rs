@@ -1,6 +1,6 @@
 //! Hands out what came of frames: messages, status, trouble named once per clay.
 
-use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus};
+use super::clay::{Clay, ClayReport, ClayStatus};
 use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
 use super::follow::Following;
@@ -25,25 +25,25 @@ impl Plugin for ReportPlugin {
 
 /// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
 fn report(
-    mut clays: Query<(Entity, &ClaySettings, &mut ClayEngine, &mut ClayStatus), With<Clay>>,
+    mut clays: Query<(Entity, &mut ClayEngine, &mut ClayStatus), With<Clay>>,
     mut reports: MessageWriter<ClayReport>,
     mut held: ResMut<HeldTime>,
 ) {
     let _watch = held.watch();
-    for (entity, settings, mut clay, mut status) in &mut clays {
+    for (entity, mut clay, mut status) in &mut clays {
         if let Some(fault) = clay.bridge.as_ref().and_then(Bridge::take_fault) {
             error!("clay {entity} lost its engine: {fault}");
             clay.stopped = Some(EngineError::Stopped(fault));
         }
         while clay.stopped.is_none() {
-            let (engine, planner) = clay.parts();
+            let (engine, plans) = clay.parts();
             match engine.poll() {
                 Ok(Some(mut report)) => {
-                    planner.note(&mut report, settings.gravity);
-                    let news = report.health.without(planner.logged);
+                    plans.planner.note(&mut report);
+                    let news = report.health.without(plans.logged);
                     if !news.is_ok() {
                         warn!("clay {entity}, frame {}: {news}", report.plan_id);
-                        planner.logged.insert(news);
+                        plans.logged.insert(news);
                     }
                     clay.revision += 1;
                     status.note(&report);
@@ -104,11 +104,12 @@ pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, m
             if status.engine != engine.name {
                 status.engine.clone_from(&engine.name);
             }
-            status.cell_width = engine.planner.cell_width();
-            status.given_up = engine.planner.given_up;
+            status.cell_width = engine.plans.planner.cell_width();
+            status.given_up = engine.plans.planner.given_up();
+            status.lag = engine.plans.planner.lag();
             status.rate = engine.pace.rate(status.time);
             let stopped = engine.stopped.as_ref().map(ToString::to_string);
-            error = error.or(stopped).or(engine.planner.refused.as_ref().map(ToString::to_string));
+            error = error.or(stopped).or(engine.plans.refused.as_ref().map(ToString::to_string));
         }
         let (fault, warnings) = following.map_or((None, &[][..]), |f| (f.error.clone(), f.warnings.as_slice()));
         let declined = declined.map(|d| format!("the surface is made on the processor: {}", d.reason()));

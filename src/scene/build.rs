@@ -5,9 +5,8 @@ use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
-use crate::sim::frame::{FramePlan, FrameReport};
 use crate::sim::params::{CELLS_MAX, Domain, PADDING};
-use crate::sim::plan::{InertiaScaling, StepLimits};
+use crate::sim::planner::{Decision, Planner, Policy};
 use crate::sim::snapshot::{Particle, Snapshot};
 use crate::sim::tool::ToolPath;
 use glam::DVec3;
@@ -53,21 +52,19 @@ impl BuiltScene {
         (1..).zip(&self.scene.tools).filter_map(|(id, track)| track.path(id, frame_start, frame_end)).collect()
     }
 
-    /// The plan of frame `index`, from 0, made from the report of an earlier frame (the default report before there is one): how fast the clay moves, and
-    /// whether a tool engages it, without which inertia is not scaled. The scene's time step bounds the substep.
-    pub fn frame_plan(&self, index: u64, earlier: &FrameReport) -> FramePlan {
-        let Scene { frame_time, inertia, gravity, .. } = self.scene;
+    /// Plans the scene's frames.
+    pub fn planner(&self) -> Planner {
+        let Scene { inertia, gravity, time_step, .. } = self.scene;
+        let mut planner = Planner::new(&self.snapshot);
+        planner.policy = Policy { gravity, inertia, time_step, ..Policy::default() };
+        planner
+    }
+
+    /// The next step of frame `index`, from 0.
+    pub fn next(&self, index: u64, planner: &mut Planner) -> Decision {
+        let frame_time = self.scene.frame_time;
         let start = index as f64 * frame_time;
-        let tools = self.tool_paths(start, start + frame_time);
-        let Snapshot { material, domain, .. } = &self.snapshot;
-        let inertia = if earlier.is_engaged() { inertia } else { InertiaScaling::Off };
-        let limits = StepLimits { inertia, gravity, speed: earlier.speed(domain.cell_width), ..StepLimits::default() };
-        let mut plan = limits.frame(material, domain.cell_width, frame_time, &tools);
-        if let Some(step) = self.scene.time_step.filter(|step| plan.dt > *step) {
-            plan.steps = (frame_time / step).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
-            plan.dt = frame_time / f64::from(plan.steps);
-        }
-        FramePlan { id: index, ..plan }
+        planner.frame(&self.snapshot.material, frame_time, self.tool_paths(start, start + frame_time))
     }
 }
 

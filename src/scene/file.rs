@@ -20,7 +20,7 @@ use super::export::{ExportFormat, ExportOptions};
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{ParamsError, Wall, Walls};
-use crate::sim::plan::InertiaScaling;
+use crate::sim::planner::InertiaScaling;
 use crate::surface::field::Tier;
 use glam::DVec3;
 use ron::extensions::Extensions;

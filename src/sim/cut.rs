@@ -170,7 +170,7 @@ pub(crate) fn take(tags: &mut [Tag; 2], sheet: u8, side: i8) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::material::{ClayMaterial, Weld};
-    use super::super::plan::StepLimits;
+    use super::super::planner::StepLimits;
     use super::*;
 
     fn tag(sheet: u8, side: i8) -> Tag {

@@ -98,7 +98,7 @@
 //!   sums after 3.3. A tool gives `P_tool - M_tool v`. Its points are not folded at walls.
 //!
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
-//! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`cutting`] the method, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
+//! state, [`cut`] the sides of cuts, [`cutting`] the method, [`planner`] decides what a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 mod admit;
 pub mod cut;
@@ -112,8 +112,7 @@ pub mod native;
 #[cfg(feature = "reference")]
 pub mod oracle;
 pub mod params;
-pub mod plan;
-pub mod sheets;
+pub mod planner;
 pub mod snapshot;
 mod sums;
 pub mod tool;
@@ -135,8 +134,7 @@ pub mod prelude {
     pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
-    pub use super::plan::{InertiaScaling, StepLimits};
-    pub use super::sheets::Sheets;
+    pub use super::planner::{Backlog, Decision, InertiaScaling, Planner, Policy, Sheets, StepLimits, ToolSamples};
     pub use super::snapshot::{Particle, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

@@ -4,7 +4,7 @@ use super::material::{self, Row};
 use super::request::{BodyFiles, ClayNotice, ClayRequest, ExportFormat};
 use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality, SurfaceMaker};
 use crate::sim::material::ClayMaterial;
-use crate::sim::plan::InertiaScaling;
+use crate::sim::planner::InertiaScaling;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 

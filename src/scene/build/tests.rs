@@ -1,8 +1,9 @@
 //! Snapshots from scenes, and what stops them.
 
 use super::*;
-use crate::sim::frame::ToolReport;
+use crate::sim::frame::{FramePlan, FrameReport, ToolReport};
 use crate::sim::params::WALL_NODE;
+use crate::sim::planner::Decision;
 use std::fs;
 
 fn build(text: &str) -> Result<BuiltScene, SceneError> {
@@ -169,18 +170,31 @@ fn frames_cover_the_duration_and_keep_the_time_step() {
     );
     let mut scene = built(&text);
     assert_eq!(scene.frame_count(), 5);
-    let tools: Vec<usize> = (0..5).map(|frame| scene.frame_plan(frame, &FrameReport::default()).tools.len()).collect();
+    // Whether inertia is scaled in frame 2, of what frame 0 did.
+    let plans = |scene: &BuiltScene, first: &FrameReport| -> Vec<FramePlan> {
+        let mut planner = scene.planner();
+        let frames = 0..scene.frame_count();
+        let plan = |frame| {
+            let Decision::Run(plan) = scene.next(frame, &mut planner) else { panic!("frame {frame} waits") };
+            planner.sent();
+            let report = if frame == 0 { first.clone() } else { FrameReport::default() };
+            planner.note(&mut FrameReport { plan_id: frame, ..report });
+            plan
+        };
+        frames.map(plan).collect()
+    };
+    let free = FrameReport::default();
+    let tools: Vec<usize> = plans(&scene, &free).iter().map(|plan| plan.tools.len()).collect();
     assert_eq!(tools, [0, 1, 1, 0, 0]);
     // Inertia is scaled only where a tool touches clay that something holds up.
-    let free = FrameReport::default();
     let tool = ToolReport { contacts: 1, ..ToolReport::default() };
     let touched = FrameReport { tools: vec![tool], ..FrameReport::default() };
     let engaged = FrameReport { wall_impulse: DVec3::Y, ..touched.clone() };
-    assert_eq!((scene.frame_plan(1, &free).density_scale(), scene.frame_plan(1, &touched).density_scale()), (1.0, 1.0));
-    let plan = scene.frame_plan(1, &engaged);
-    assert_eq!((plan.id, plan.tools[0].id), (1, 2));
+    assert_eq!([&free, &touched].map(|first| plans(&scene, first)[2].density_scale()), [1.0, 1.0]);
+    let plan = &plans(&scene, &engaged)[2];
+    assert_eq!((plan.id, plan.tools[0].id), (2, 2));
     assert!(plan.density_scale() > 1.0 && (plan.duration() - 0.1).abs() < 1e-12 && plan.validate().is_ok());
     scene.scene.time_step = Some(1e-5);
-    let plan = scene.frame_plan(1, &free);
+    let plan = &plans(&scene, &free)[1];
     assert!(plan.dt <= 1e-5 && (plan.duration() - 0.1).abs() < 1e-12);
 }

@@ -335,7 +335,7 @@ impl Engine for GpuEngine {
 mod tests {
     use super::super::cutting::CuttingMethod;
     use super::super::material::ClayMaterial;
-    use super::super::plan::StepLimits;
+    use super::super::planner::StepLimits;
     use super::*;
 
     /// The methods of others are refused by name, ours is not.

@@ -29,6 +29,19 @@ impl Pose {
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.rotation * local + self.position
     }
+
+    /// The pose at the part `t` [-] of the way from here to `other`: position linear, rotation slerp.
+    pub fn between(&self, other: Self, t: f64) -> Self {
+        Self { position: self.position.lerp(other.position, t), rotation: self.rotation.slerp(other.rotation, t) }
+    }
+
+    /// Way [m] to `other` of any point within `radius` [m] of the tool's origin, at most.
+    pub fn way(&self, other: Self, radius: f64) -> f64 {
+        // By atan2: an arc cosine of nearly 1 sees turns of 3e-8 where there is none.
+        let between = self.rotation.inverse() * other.rotation;
+        let turn = 2.0 * between.xyz().length().atan2(between.w.abs()) * radius;
+        self.position.distance(other.position) + turn
+    }
 }
 
 /// A pose at a time.
@@ -47,7 +60,7 @@ pub struct ToolPath {
     pub id: u32,
     /// The tool.
     pub tool: Tool,
-    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte. [`Sheets`](crate::sim::sheets::Sheets) deals them.
+    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte. [`Sheets`](crate::sim::planner::Sheets) deals them.
     #[serde(default)]
     pub sheet: u8,
     /// At least one sample; held before the first and after the last.
@@ -72,10 +85,7 @@ impl ToolPath {
             (None, None) => Pose::default(),
             (None, Some(first)) => first.pose,
             (Some(last), None) => last.pose,
-            (Some(a), Some(b)) => {
-                let t = (time - a.time) / (b.time - a.time);
-                Pose { position: a.pose.position.lerp(b.pose.position, t), rotation: a.pose.rotation.slerp(b.pose.rotation, t) }
-            }
+            (Some(a), Some(b)) => a.pose.between(b.pose, (time - a.time) / (b.time - a.time)),
         }
     }
 
@@ -87,12 +97,7 @@ impl ToolPath {
     /// Greatest speed [m/s] of any point of the tool within its bounding sphere over the path's samples.
     pub fn speed_max(&self) -> f64 {
         let radius = self.tool.shape.bounding_radius();
-        let speed = |w: &[PoseSample]| {
-            // By atan2: an arc cosine of nearly 1 sees turns of 3e-8 where there is none.
-            let between = w[0].pose.rotation.inverse() * w[1].pose.rotation;
-            let turn = 2.0 * between.xyz().length().atan2(between.w.abs()) * radius;
-            (w[0].pose.position.distance(w[1].pose.position) + turn) / (w[1].time - w[0].time)
-        };
+        let speed = |w: &[PoseSample]| w[0].pose.way(w[1].pose, radius) / (w[1].time - w[0].time);
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 

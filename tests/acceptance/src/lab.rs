@@ -50,7 +50,7 @@ pub fn wave_step(material: &ClayMaterial, cfl: f64) -> f64 {
 
 /// Time step [s] at the default fraction of the stability limit.
 pub fn stable_step(material: &ClayMaterial) -> f64 {
-    bevy_clay::sim::plan::STEP_FRACTION * material.time_step_limit(DX, material.density)
+    bevy_clay::sim::planner::STEP_FRACTION * material.time_step_limit(DX, material.density)
 }
 
 /// A room of `cells` between walls all of one kind, away from the world's origin.

@@ -3,7 +3,7 @@
 use crate::cases::slump::line;
 use crate::lab::{DX, Lab, Mover, Size, block, room_with, snapshot, stable_step};
 use crate::report::Row;
-use bevy_clay::sim::plan::VOLUME_AVERAGING;
+use bevy_clay::sim::planner::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
 use std::f64::consts::FRAC_PI_2;

@@ -3,7 +3,7 @@
 use crate::lab::{DX, Lab, Mover, Size, lattice, place, room_with, snapshot};
 use crate::report::Row;
 use bevy_clay::sim::frame::AVERAGING_INTERVAL;
-use bevy_clay::sim::plan::{STEP_FRACTION, VOLUME_AVERAGING};
+use bevy_clay::sim::planner::{STEP_FRACTION, VOLUME_AVERAGING};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::tool::CONTACT_OFFSET;
 use glam::{DQuat, DVec3, IVec3};

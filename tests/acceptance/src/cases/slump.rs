@@ -2,7 +2,7 @@
 
 use crate::lab::{DX, Lab, Size, block, place, room_with, snapshot, stable_step};
 use crate::report::Row;
-use bevy_clay::sim::plan::VOLUME_AVERAGING;
+use bevy_clay::sim::planner::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
 use glam::{DVec3, IVec3};
 

@@ -6,7 +6,7 @@ use crate::lab::{
 };
 use crate::report::Row;
 use bevy_clay::sim::oracle::law::Spectrum;
-use bevy_clay::sim::plan::VOLUME_AVERAGING;
+use bevy_clay::sim::planner::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::tool::CONTACT_OFFSET;
 use glam::{DMat3, DQuat, DVec3, IVec3};

@@ -16,7 +16,7 @@ pub fn creep(size: Size) -> Vec<Row> {
     // The modulus for which this is the default step: E = (1 - 2 nu) rho (0.7 dx / dt)^2.
     let nu = 0.45;
     let density = 1700.0;
-    let young_modulus = (1.0 - 2.0 * nu) * density * (bevy_clay::sim::plan::STEP_FRACTION * cell_width / dt).powi(2);
+    let young_modulus = (1.0 - 2.0 * nu) * density * (bevy_clay::sim::planner::STEP_FRACTION * cell_width / dt).powi(2);
     let material = ClayMaterial { density, young_modulus, ..elastic(nu) };
     let low = DVec3::new(0.1, -0.05, 0.2);
     let extent = IVec3::new(SHIFT + 12, 12, 12).as_dvec3() * cell_width;

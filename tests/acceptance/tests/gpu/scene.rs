@@ -13,21 +13,23 @@ struct Outcome {
     balance: f64,
 }
 
-/// The scene, each plan made from the report two frames before.
+/// The scene, frame by frame.
 fn carve(engine: &mut dyn Engine, built: &BuiltScene) -> Result<Outcome, Failed> {
     engine.load(&built.snapshot).map_err(|e| e.to_string())?;
-    let mut reports = vec![FrameReport::default(); 2];
+    let mut planner = built.planner();
     let mut outcome = Outcome { snapshot: built.snapshot.clone(), impulses: vec![DVec3::ZERO; 3], tagged: 0, balance: 0.0 };
     for index in 0..built.frame_count() {
-        engine.submit(built.frame_plan(index, &reports[index as usize])).map_err(|e| e.to_string())?;
-        let report = engine.wait().map_err(|e| e.to_string())?;
+        let Decision::Run(plan) = built.next(index, &mut planner) else { return Err("the planner waits".into()) };
+        engine.submit(plan).map_err(|e| e.to_string())?;
+        planner.sent();
+        let mut report = engine.wait().map_err(|e| e.to_string())?;
+        planner.note(&mut report);
         assert!(report.health.without(Health::STRAIN).is_ok(), "frame {index}: {}", report.health);
         for tool in &report.tools {
             outcome.impulses[tool.id as usize] += tool.impulse;
             outcome.tagged += tool.tagged;
         }
         outcome.balance = outcome.balance.max(report.balance_error());
-        reports.push(report);
     }
     outcome.snapshot = engine.save().map_err(|e| e.to_string())?;
     outcome.snapshot.particles.sort_by_key(|p| p.id);

@@ -1,6 +1,6 @@
 //! What can be turned, and the points at which it is.
 
-use bevy_clay::sim::plan::{STEP_FRACTION, VOLUME_AVERAGING};
+use bevy_clay::sim::planner::{STEP_FRACTION, VOLUME_AVERAGING};
 use serde::{Deserialize, Serialize};
 
 /// How much is measured.

@@ -11,7 +11,7 @@
 
 mod picture;
 
-use bevy_clay::sim::plan::STEP_FRACTION;
+use bevy_clay::sim::planner::STEP_FRACTION;
 use bevy_clay::sim::prelude::*;
 use clap::Parser;
 use clay_acceptance::cases::collapse::{Collapse, Touch};

@@ -1,7 +1,7 @@
 //! The map as a picture: one panel per law and tool speed, steps along x, stiffness along y.
 
 use crate::{Axes, End, Point};
-use bevy_clay::sim::plan::STEP_FRACTION;
+use bevy_clay::sim::planner::STEP_FRACTION;
 use clay_acceptance::plot::{Area, FONT, Painted, Picture};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

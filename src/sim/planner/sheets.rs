@@ -2,11 +2,11 @@
 //!
 //! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut perhaps, must not take the sides of that cut for its own.
 
-use super::cut::SheetSet;
-use super::frame::{FramePlan, FrameReport};
-use super::health::Health;
-use super::snapshot::Snapshot;
-use super::tool::{ToolPath, ToolShape};
+use super::super::cut::SheetSet;
+use super::super::frame::{FramePlan, FrameReport};
+use super::super::health::Health;
+use super::super::snapshot::Snapshot;
+use super::super::tool::{ToolPath, ToolShape};
 use glam::DVec3;
 use std::collections::VecDeque;
 
@@ -182,10 +182,10 @@ impl Sheets {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::ToolReport;
-    use super::super::material::ClayMaterial;
-    use super::super::plan::StepLimits;
-    use super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
+    use super::super::super::frame::ToolReport;
+    use super::super::super::material::ClayMaterial;
+    use super::super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
+    use super::super::StepLimits;
     use super::*;
 
     const BLADE: ToolShape = ToolShape::Blade { half_width: 0.1, half_height: 0.1 };

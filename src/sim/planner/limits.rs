@@ -1,9 +1,9 @@
-//! The time step: how many substeps a frame needs, and how much inertia may be scaled.
+//! The time step of the explicit integrator: how many substeps a frame needs, and how much inertia may be scaled.
 
-use super::frame::{FramePlan, Integrator};
-use super::material::ClayMaterial;
-use super::snapshot::Snapshot;
-use super::tool::ToolPath;
+use super::super::frame::{FramePlan, Integrator};
+use super::super::material::ClayMaterial;
+use super::super::snapshot::Snapshot;
+use super::super::tool::ToolPath;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +60,8 @@ pub struct StepLimits {
     pub speed: f64,
     /// Anti-locking, see [`FramePlan::volume_averaging`]; [`VOLUME_AVERAGING`] by default.
     pub volume_averaging: f64,
+    /// Greatest substep [s], however much longer one would be stable.
+    pub time_step: Option<f64>,
 }
 
 impl Default for StepLimits {
@@ -70,6 +72,7 @@ impl Default for StepLimits {
             gravity: DVec3::new(0.0, -9.81, 0.0),
             speed: 0.0,
             volume_averaging: VOLUME_AVERAGING,
+            time_step: None,
         }
     }
 }
@@ -93,7 +96,8 @@ impl StepLimits {
         let clay_speed = self.speed.max(tool_speed) + self.gravity.length() * duration;
         let dt = limit
             .min(TRAVEL_MAX * cell_width / clay_speed.max(f64::MIN_POSITIVE))
-            .min(TOOL_TRAVEL_MAX * cell_width / tool_speed.max(f64::MIN_POSITIVE));
+            .min(TOOL_TRAVEL_MAX * cell_width / tool_speed.max(f64::MIN_POSITIVE))
+            .min(self.time_step.unwrap_or(f64::INFINITY));
         let steps = (duration / dt).ceil().clamp(1.0, f64::from(u32::MAX));
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of u32")]
         let plan = FramePlan::new(*material, duration / steps, steps as u32);

@@ -1,0 +1,249 @@
+//! What a clay does next: time owed, ways of tools, reports, cost and cuts -> the plan of the next frame. Knows no engine, no clock and no thread; whoever
+//! runs clay (an app, a scene, a recording) asks it, so that all of them plan alike.
+//!
+//! | file     | does                                                        |
+//! |----------|-------------------------------------------------------------|
+//! | `trail`  | timed poses of any clock -> the piece of them that a frame sweeps |
+//! | `limits` | tools, speeds and material -> substeps of the explicit step |
+//! | `sheets` | a sheet for each visit of a blade                           |
+//!
+//! ```
+//! use bevy_clay::sim::prelude::*;
+//! # let domain = Domain::new(glam::DVec3::ZERO, glam::DVec3::splat(0.1), 0.005, Walls::default()).expect("a room");
+//! # let place = domain.to_grid(glam::DVec3::splat(0.05));
+//! # let clay = Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: vec![Particle::at(place, 1e-8, 0)] };
+//! let mut engine = NativeEngine::new();
+//! engine.load(&clay).expect("sound clay");
+//! let mut planner = Planner::new(&clay);
+//! let ball = Tool { shape: ToolShape::Sphere { radius: 0.008 }, contact: Contact::default() };
+//! for step in 0..3 {
+//!     let pose = Pose { position: glam::DVec3::new(0.05, 0.09 - 1e-4 * f64::from(step), 0.05), ..Pose::default() };
+//!     planner.pass(1.0 / 60.0, &[ToolSamples::now(0, 1, ball, pose)]);
+//!     if let Decision::Run(plan) = planner.next(&clay.material) {
+//!         engine.submit(plan.clone()).expect("a sound plan");
+//!         planner.sent();
+//!     }
+//!     while engine.pending() > 0 {
+//!         planner.note(&mut engine.wait().expect("an engine"));
+//!     }
+//! }
+//! ```
+
+mod limits;
+mod sheets;
+mod trail;
+
+pub use limits::{InertiaScaling, STEP_FRACTION, StepLimits, TOOL_MACH_MAX, TOOL_TRAVEL_MAX, TRAVEL_MAX, VOLUME_AVERAGING};
+pub use sheets::Sheets;
+pub use trail::{Backlog, LAG_MAX, ToolSamples};
+
+use super::frame::{FrameOutputs, FramePlan, FrameReport};
+use super::health::Health;
+use super::material::ClayMaterial;
+use super::snapshot::Snapshot;
+use super::tool::{Pose, ToolPath};
+use glam::DVec3;
+use trail::{Piece, Trails};
+
+/// The longest frame that is planned of a clock [s]: what a clock is ahead by more is given up, so that a slow machine shows slow motion.
+pub const FRAME_MAX: f64 = 1.0 / 30.0;
+/// Wall time that a frame of clay may take [s], as far as it can be told: that of a frame of the app, within these bounds. On a slow machine frames of
+/// clay are shorter, not later, and the clay answers a tool as soon.
+pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
+/// The shortest frame that is planned for that [s].
+const FRAME_MIN: f64 = 1e-4;
+/// The first frame of an engine of which nothing is known [s].
+const FRAME_FIRST: f64 = 1e-3;
+/// Frames that may be under way. The plan of frame n is made from the report of frame n - 2.
+pub const FRAMES_UNDER_WAY: usize = 2;
+
+/// What is to be done next.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Decision {
+    /// Nothing: no time is owed, or reports have to come first.
+    Idle,
+    /// This frame.
+    Run(FramePlan),
+}
+
+/// How frames are planned; may change at any time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Policy {
+    /// Gravity [m/s^2].
+    pub gravity: DVec3,
+    /// How far inertia may be scaled while a tool engages supported clay.
+    pub inertia: InertiaScaling,
+    /// Greatest substep [s], however much longer one would be stable.
+    pub time_step: Option<f64>,
+    /// What frames hand out.
+    pub outputs: FrameOutputs,
+    /// Wall time [s] that a frame may take: frames are no longer than what the engine was seen to afford in it, within [`FRAME_WALL`]. Without it frames
+    /// follow the clock alone.
+    pub wall: Option<f64>,
+    /// What becomes of the hand's way in slow motion.
+    pub backlog: Backlog,
+}
+
+impl Default for Policy {
+    fn default() -> Self {
+        Self {
+            gravity: StepLimits::default().gravity,
+            inertia: InertiaScaling::Off,
+            time_step: None,
+            outputs: FrameOutputs::default(),
+            wall: None,
+            backlog: Backlog::default(),
+        }
+    }
+}
+
+/// What is planned for one engine's clay, and from what.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    /// How frames are planned.
+    pub policy: Policy,
+    cell_width: f64,
+    /// Greatest speed [m/s] at the end of frames n and n - 1, by the parity of their ids.
+    speeds: [f64; 2],
+    /// Whether a tool engaged supported clay in these frames.
+    engaged: [bool; 2],
+    /// Length of the frame before the next [s].
+    last_duration: f64,
+    next_id: u64,
+    under_way: usize,
+    owed: f64,
+    /// Wall time per simulated time, of the last frame; none until one has ended.
+    cost: Option<f64>,
+    given_up: f64,
+    trails: Trails,
+    sheets: Sheets,
+    /// What the plan that was handed out last sweeps, until it is sent.
+    drafted: Option<Piece>,
+}
+
+impl Planner {
+    /// For clay as it stands in `snapshot`.
+    pub fn new(snapshot: &Snapshot) -> Self {
+        let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
+        Self { cell_width: snapshot.domain.cell_width, speeds: [speed; 2], sheets: Sheets::new(snapshot), ..Self::default() }
+    }
+
+    /// Cell width [m].
+    pub fn cell_width(&self) -> f64 {
+        self.cell_width
+    }
+
+    /// Time of the clock [s] that was given up because the engine did not afford it.
+    pub fn given_up(&self) -> f64 {
+        self.given_up
+    }
+
+    /// Time [s] by which the tools lag behind the hand.
+    pub fn lag(&self) -> f64 {
+        self.trails.lag()
+    }
+
+    /// Where the clay has the tool of this key, at the end of the last frame reported; nothing if it was not in it.
+    pub fn tool_pose(&self, key: u64) -> Option<Pose> {
+        self.trails.seen(key)
+    }
+
+    /// Goes on where `old`, the planner of the same clay on another engine, stands.
+    pub fn take_over(&mut self, old: Self) {
+        *self =
+            Self { cell_width: self.cell_width, speeds: self.speeds, engaged: [false; 2], under_way: 0, drafted: None, ..old };
+        // What was under way there is lost.
+        self.trails.lose_all();
+    }
+
+    /// Lets `time` [s] of the clock pass, in which the tools went these ways; those not among them have been let go of.
+    pub fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
+        self.trails.pass(time, tools);
+        self.owed += time;
+        let most = self.frame_max();
+        self.given_up += (self.owed - most).max(0.0);
+        self.owed = self.owed.min(most);
+    }
+
+    /// Forgets the ways of the tools: the clay stands, and they are put down anew when it goes on.
+    pub fn lift(&mut self) {
+        self.trails.lift();
+    }
+
+    /// The longest frame that the engine affords [s].
+    fn frame_max(&self) -> f64 {
+        let Some(wall) = self.policy.wall else { return FRAME_MAX };
+        let afforded = |cost: f64| wall.clamp(FRAME_WALL.0, FRAME_WALL.1) / cost.max(f64::MIN_POSITIVE);
+        self.cost.map_or(FRAME_FIRST, |cost| afforded(cost).clamp(FRAME_MIN, FRAME_MAX))
+    }
+
+    /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than [`FRAMES_UNDER_WAY`] are under way. Time owed is settled by
+    /// it, [`Self::sent`] settles the rest: what the tools did in a plan that no engine took is swept by the next.
+    pub fn next(&mut self, material: &ClayMaterial) -> Decision {
+        if self.owed <= 0.0 || self.under_way >= FRAMES_UNDER_WAY || self.trails.is_mending() {
+            return Decision::Idle;
+        }
+        let owed = std::mem::take(&mut self.owed);
+        let piece = self.trails.piece(owed, self.policy.backlog);
+        self.owed = (owed - piece.duration).max(0.0);
+        piece.put_down.iter().for_each(|id| self.sheets.lift(*id));
+        let plan = self.draft(material, piece.duration, piece.paths.clone());
+        self.drafted = Some(piece);
+        Decision::Run(plan)
+    }
+
+    /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those of a scene. Nothing if a report has to come first.
+    pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> Decision {
+        if self.under_way >= FRAMES_UNDER_WAY {
+            return Decision::Idle;
+        }
+        Decision::Run(self.draft(material, duration, paths))
+    }
+
+    /// A plan from the report of the frame two before.
+    fn draft(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> FramePlan {
+        let Policy { gravity, inertia, time_step, outputs, .. } = self.policy;
+        let slot = parity(self.next_id);
+        let inertia = if self.engaged[slot] { inertia } else { InertiaScaling::Off };
+        // The frame between that report and this plan adds what gravity does in it.
+        let speed = self.speeds[slot] + gravity.length() * self.last_duration;
+        let limits = StepLimits { speed, inertia, gravity, time_step, ..StepLimits::default() };
+        let mut plan = limits.frame(material, self.cell_width, duration, &paths);
+        (plan.id, plan.outputs) = (self.next_id, outputs);
+        self.sheets.deal(&mut plan);
+        self.last_duration = duration;
+        plan
+    }
+
+    /// The engine has taken the last plan.
+    pub fn sent(&mut self) {
+        if let Some(piece) = self.drafted.take() {
+            self.trails.send(piece);
+        }
+        self.next_id += 1;
+        self.under_way += 1;
+    }
+
+    /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were swept; adds what only the planner knows of the cuts.
+    pub fn note(&mut self, report: &mut FrameReport) {
+        self.under_way = self.under_way.saturating_sub(1);
+        let slot = parity(report.plan_id);
+        let is_given_up = report.health.contains(Health::GIVEN_UP);
+        let speed = report.speed(self.cell_width);
+        // A frame given up says nothing of the speed; the clay stands as before it.
+        self.speeds[slot] = if is_given_up { self.speeds[slot].max(speed) } else { speed };
+        self.engaged[slot] = report.is_engaged();
+        self.sheets.note(report);
+        if report.duration() > 0.0 && report.timings.total > 0.0 {
+            self.cost = Some(report.timings.total / report.duration());
+        }
+        self.trails.end(is_given_up);
+    }
+}
+
+fn parity(id: u64) -> usize {
+    usize::from(id % 2 == 1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,341 @@
+//! The ways of the tools in a hand, or in several: timed poses in, the piece of them that a frame sweeps out.
+//!
+//! All samples stand on one time, the hand's: that of the caller's clock since the planner was made. Frames sweep it piece by piece, each second of
+//! the hand in a second of clay, so that a tool in slow motion is as fast as the hand was, and late. A frame that was given up is swept again.
+
+use super::super::tool::{Pose, PoseSample, Tool, ToolPath};
+use serde::{Deserialize, Serialize};
+use std::collections::{HashMap, VecDeque};
+
+/// What the tools do with the hand's way that the clay had no time for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Backlog {
+    /// They go all of it, late. Time in which no tool moved is not waited for, and a tool that was let go of leaves the clay when it has been where the
+    /// hand was.
+    #[default]
+    WorkOff,
+    /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that was let go of leaves at once.
+    Drop,
+}
+
+/// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a tenth of a second goes unnoticed.
+pub const LAG_MAX: f64 = 0.1;
+/// Hand time that a frame may sweep beyond its own length [s]: two samples of a clock of 1 kHz, for clocks that are not in step.
+const CLOCK_SLACK: f64 = 2e-3;
+/// Greatest part of a frame's length that counts as such.
+const SLACK_PART: f64 = 0.25;
+/// Most samples of one visit that wait, a minute of a clock of 1 kHz; beyond, every second of the older half goes.
+const SAMPLES_MAX: usize = 1 << 16;
+
+/// Where a tool has been since the last look, by its own clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolSamples {
+    /// Tells one tool from another for as long as it is held.
+    pub key: u64,
+    /// Names it in plans and reports.
+    pub id: u32,
+    /// Shape and contact.
+    pub tool: Tool,
+    /// Poses in order of time [s], of any clock; the last one is now. At least one.
+    pub samples: Vec<PoseSample>,
+}
+
+impl ToolSamples {
+    /// A tool that was looked at once.
+    pub fn now(key: u64, id: u32, tool: Tool, pose: Pose) -> Self {
+        Self { key, id, tool, samples: vec![PoseSample { time: 0.0, pose }] }
+    }
+}
+
+/// One visit of a tool: from where it was put down to where it was let go of.
+#[derive(Clone, Debug)]
+struct Visit {
+    key: u64,
+    id: u32,
+    tool: Tool,
+    /// In hand time; never empty.
+    samples: VecDeque<PoseSample>,
+    is_let_go: bool,
+    /// Whether a frame was planned that sweeps some of it.
+    is_begun: bool,
+}
+
+impl Visit {
+    fn start(&self) -> f64 {
+        self.samples[0].time
+    }
+
+    fn end(&self) -> f64 {
+        self.samples[self.samples.len() - 1].time
+    }
+
+    fn pose_at(&self, time: f64) -> Pose {
+        let next = self.samples.partition_point(|s| s.time <= time);
+        match (next.checked_sub(1).map(|i| self.samples[i]), self.samples.get(next)) {
+            (Some(last), None) => last.pose,
+            // Without rounding: a tool that stands, stands.
+            (Some(a), Some(b)) if a.time == time || a.pose == b.pose => a.pose,
+            (Some(a), Some(b)) => a.pose.between(b.pose, (time - a.time) / (b.time - a.time)),
+            (None, _) => self.samples[0].pose,
+        }
+    }
+
+    /// When the tool next moves, from `time` on; nothing if it stands to the end of its way.
+    fn next_motion(&self, time: f64) -> Option<f64> {
+        let first = self.samples.partition_point(|s| s.time <= time).saturating_sub(1);
+        let moves = |i: &usize| self.samples[*i].pose != self.samples[*i + 1].pose;
+        (first..self.samples.len() - 1).find(moves).map(|i| self.samples[i].time.max(time))
+    }
+
+    /// Adds a pose; one of a time that is swept already would be a jump.
+    fn add(&mut self, sample: PoseSample, swept: f64) {
+        let last = self.samples.len() - 1;
+        if sample.time > self.samples[last].time {
+            self.samples.push_back(sample);
+        } else if self.samples[last].time > swept {
+            self.samples[last].pose = sample.pose;
+        }
+        if self.samples.len() > SAMPLES_MAX {
+            let mut index = 0;
+            self.samples.retain(|_| {
+                index += 1;
+                index > SAMPLES_MAX / 2 || index % 2 == 1
+            });
+        }
+    }
+
+    /// Time [s] that the chord from `from` to `to` takes at the mean speed at which the tool moved between, where it did.
+    fn chord_time(&self, from: f64, to: f64) -> f64 {
+        let inner = self.samples.iter().filter(|s| s.time > from && s.time < to).copied();
+        let end = |time| PoseSample { time, pose: self.pose_at(time) };
+        let samples: Vec<PoseSample> = std::iter::once(end(from)).chain(inner).chain([end(to)]).collect();
+        let radius = self.tool.shape.bounding_radius();
+        let moves = samples.windows(2).filter(|w| w[0].pose != w[1].pose);
+        let add =
+            |(way, time): (f64, f64), w: &[PoseSample]| (way + w[0].pose.way(w[1].pose, radius), time + w[1].time - w[0].time);
+        let (way, time) = moves.fold((0.0, 0.0), add);
+        let chord = end(from).pose.way(end(to).pose, radius);
+        if way > 0.0 { time * (chord / way).min(1.0) } else { 0.0 }
+    }
+
+    /// The way from `from` to `to` in a frame of `duration` [s].
+    fn path(&self, from: f64, to: f64, duration: f64) -> ToolPath {
+        // Times closer than this tell rounding, not speed.
+        let apart = 1e-6 * duration;
+        let scale = duration / (to - from);
+        let mut samples = vec![PoseSample { time: 0.0, pose: self.pose_at(from) }];
+        for inner in self.samples.iter().filter(|s| s.time > from && s.time < to) {
+            let time = (inner.time - from) * scale;
+            if time > apart && duration - time > apart && time - samples[samples.len() - 1].time > apart {
+                samples.push(PoseSample { time, pose: inner.pose });
+            }
+        }
+        if self.samples.len() > 1 || self.start() < to {
+            samples.push(PoseSample { time: duration, pose: self.pose_at(to) });
+        }
+        ToolPath { id: self.id, tool: self.tool, sheet: 0, samples }
+    }
+}
+
+/// A frame under way: the hand's time that it sweeps, and where it leaves the tools.
+#[derive(Clone, Debug)]
+struct Sweep {
+    from: f64,
+    ends: HashMap<u64, Pose>,
+}
+
+/// What a frame sweeps.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// How long the frame is [s]: as long as was asked for, or up to where a tool is put down anew.
+    pub duration: f64,
+    /// In the order of the tools' ids.
+    pub paths: Vec<ToolPath>,
+    /// Ids of tools that are put down anew.
+    pub put_down: Vec<u32>,
+    to: f64,
+    ends: HashMap<u64, Pose>,
+}
+
+/// The ways of all tools.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trails {
+    /// The hand's time now [s].
+    clock: f64,
+    /// Up to where frames have been planned.
+    swept: f64,
+    visits: Vec<Visit>,
+    under_way: VecDeque<Sweep>,
+    /// Where the first frame began that was given up, while others are under way.
+    lost: Option<f64>,
+    /// Where the clay has each tool.
+    seen: HashMap<u64, Pose>,
+}
+
+impl Trails {
+    /// Lets `time` [s] pass, in which the tools went these ways; those not among them have been let go of.
+    pub(super) fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
+        self.clock += time;
+        for visit in &mut self.visits {
+            visit.is_let_go |= !tools.iter().any(|t| t.key == visit.key);
+        }
+        for tool in tools {
+            let Some(now) = tool.samples.last() else { continue };
+            let on_hand_time = |s: &PoseSample| PoseSample { time: self.clock - (now.time - s.time), pose: s.pose };
+            let mut samples = tool.samples.iter().map(on_hand_time);
+            let held = self.visits.iter_mut().find(|v| v.key == tool.key && !v.is_let_go);
+            match held {
+                Some(visit) => {
+                    (visit.id, visit.tool) = (tool.id, tool.tool);
+                    samples.for_each(|s| visit.add(s, self.swept));
+                }
+                None => {
+                    let Some(first) = samples.next_back() else { continue };
+                    let (key, id, tool) = (tool.key, tool.id, tool.tool);
+                    self.visits.push(Visit { key, id, tool, samples: [first].into(), is_let_go: false, is_begun: false });
+                }
+            }
+        }
+    }
+
+    /// The hand's time that the tools lag behind it [s].
+    pub(super) fn lag(&self) -> f64 {
+        self.clock - self.swept
+    }
+
+    /// Where the clay has a tool at the end of the last frame reported.
+    pub(super) fn seen(&self, key: u64) -> Option<Pose> {
+        self.seen.get(&key).copied()
+    }
+
+    /// What a frame of `duration` [s] sweeps. It is swept again until [`Self::send`] says that an engine has taken the frame.
+    pub(super) fn piece(&mut self, duration: f64, backlog: Backlog) -> Piece {
+        let slack = CLOCK_SLACK.min(SLACK_PART * duration);
+        if self.lag() > duration + slack {
+            match backlog {
+                Backlog::WorkOff => self.skip_rest(duration),
+                Backlog::Drop => self.cut_corner(duration),
+            }
+        }
+        let from = self.swept;
+        if backlog == Backlog::Drop {
+            self.visits.retain(|v| !v.is_let_go);
+        }
+        let (mut duration, mut to) = (duration, self.clock);
+        if to - from > duration + slack {
+            to = from + duration;
+        }
+        // A tool that is put down a second time within the frame ends it: it cannot be at both places.
+        let again = |v: &Visit| {
+            let is_earlier = |w: &Visit| w.key == v.key && w.start() < v.start() && w.end() > from;
+            self.visits.iter().any(is_earlier).then(|| v.start())
+        };
+        if let Some(next) = self.visits.iter().filter_map(again).filter(|t| *t > from && *t < to).reduce(f64::min) {
+            (duration, to) = (duration * (next - from) / (to - from), next);
+        }
+        let mut piece = Piece { duration, paths: vec![], put_down: vec![], to, ends: HashMap::new() };
+        let is_in = |v: &Visit| if v.is_let_go { v.start() < to && v.end() > from } else { v.start() <= to };
+        let mut here: Vec<&mut Visit> = self.visits.iter_mut().filter(|v| is_in(v)).collect();
+        here.sort_by_key(|v| v.id);
+        for visit in here {
+            piece.paths.push(visit.path(from, to, duration));
+            piece.ends.insert(visit.key, visit.pose_at(to));
+            if !std::mem::replace(&mut visit.is_begun, true) {
+                piece.put_down.push(visit.id);
+            }
+        }
+        piece
+    }
+
+    /// The engine has taken the frame of a piece.
+    pub(super) fn send(&mut self, piece: Piece) {
+        let from = std::mem::replace(&mut self.swept, piece.to);
+        self.under_way.push_back(Sweep { from, ends: piece.ends });
+    }
+
+    /// The oldest frame under way has ended. What a frame that was given up had to sweep is swept again by the next one that is planned after all
+    /// under way have ended.
+    pub(super) fn end(&mut self, is_given_up: bool) {
+        let Some(sweep) = self.under_way.pop_front() else { return };
+        if is_given_up {
+            self.lost = self.lost.or(Some(sweep.from));
+        } else {
+            self.seen = sweep.ends;
+        }
+        if self.under_way.is_empty()
+            && let Some(from) = self.lost.take()
+        {
+            self.swept = from;
+        }
+        self.forget();
+    }
+
+    /// The frames under way will never end.
+    pub(super) fn lose_all(&mut self) {
+        while !self.under_way.is_empty() {
+            self.end(true);
+        }
+    }
+
+    /// Whether the next frame has to wait until those under way have ended, because one was given up.
+    pub(super) fn is_mending(&self) -> bool {
+        self.lost.is_some()
+    }
+
+    /// Forgets the tools' ways: they are put down anew.
+    pub(super) fn lift(&mut self) {
+        self.visits.clear();
+        self.swept = self.clock;
+        self.lost = None;
+        // What is under way has nothing to sweep again.
+        self.under_way.iter_mut().for_each(|sweep| sweep.from = self.clock);
+    }
+
+    /// Drops samples that no frame can need again.
+    fn forget(&mut self) {
+        let under_way = self.under_way.front().map(|sweep| sweep.from);
+        let needed = self.lost.into_iter().chain(under_way).fold(self.swept, f64::min);
+        self.visits.retain(|v| !v.is_let_go || v.end() > needed);
+        for visit in &mut self.visits {
+            let first = visit.samples.partition_point(|s| s.time <= needed).saturating_sub(1);
+            visit.samples.drain(..first);
+        }
+    }
+
+    /// Passes over time in which no tool moves, is put down or let go of, as long as a frame's worth is left.
+    fn skip_rest(&mut self, duration: f64) {
+        let last = self.clock - duration;
+        let event = |v: &Visit| match v.start() {
+            start if start > self.swept => Some(start),
+            _ => v.next_motion(self.swept),
+        };
+        let next = self.visits.iter().filter_map(event).fold(last, f64::min);
+        self.swept = self.swept.max(next);
+    }
+
+    /// Puts a chord in the place of all but the last [`LAG_MAX`] of the way, which takes as long as it does at the speed of the way.
+    fn cut_corner(&mut self, duration: f64) {
+        let to = self.clock - LAG_MAX.max(duration);
+        let from = self.swept;
+        if to <= from {
+            return;
+        }
+        let held = |v: &Visit| v.start() <= from && v.end() > from;
+        let needed = self.visits.iter().filter(|v| held(v)).map(|v| v.chord_time(from, to)).fold(0.0, f64::max);
+        // What comes after moves up, so that the way before, which may have to be swept again, stays as it was.
+        let (corner, gap) = (from + needed, to - from - needed);
+        for visit in self.visits.iter_mut().filter(|v| v.end() > from) {
+            let at_corner = (visit.start() <= to).then(|| PoseSample { time: corner, pose: visit.pose_at(to) });
+            let at_start = held(visit).then(|| PoseSample { time: from, pose: visit.pose_at(from) });
+            let before = visit.samples.iter().filter(|s| s.time < from).copied();
+            let after = visit.samples.iter().filter(|s| s.time > to).map(|s| PoseSample { time: s.time - gap, ..*s });
+            visit.samples = before.chain(at_start).chain(at_corner).chain(after).collect();
+            // A way of no length has both its ends in one.
+            visit.samples.make_contiguous();
+            if needed == 0.0 && at_start.is_some() {
+                visit.samples.remove(visit.samples.partition_point(|s| s.time < from));
+            }
+        }
+        self.clock -= gap;
+    }
+}
