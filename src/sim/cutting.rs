@@ -1,5 +1,6 @@
 //! How tools act on clay: the crate's own method, and those of others, to compare.
 
+use super::variants::variants;
 use serde::{Deserialize, Serialize};
 
 /// The method by which blades part the clay. All but the first stand here for comparison, on the native engine and the oracle only, and know no wires.
@@ -20,14 +21,25 @@ pub enum CuttingMethod {
     InteractiveParticles,
 }
 
+variants! {
+    /// Every method.
+    CuttingMethod: TwoFields, Published, RigidParticles, InteractiveParticles
+}
+
 impl CuttingMethod {
     /// Whether cuts stay when the blade leaves: the crate's own method.
     pub fn keeps_cuts(self) -> bool {
-        self == Self::TwoFields
+        match self {
+            Self::TwoFields => true,
+            Self::Published | Self::RigidParticles | Self::InteractiveParticles => false,
+        }
     }
 
     /// Whether particles have ghost velocities at nodes beyond a blade.
     pub fn has_ghosts(self) -> bool {
-        matches!(self, Self::Published | Self::RigidParticles)
+        match self {
+            Self::Published | Self::RigidParticles => true,
+            Self::TwoFields | Self::InteractiveParticles => false,
+        }
     }
 }

@@ -101,12 +101,14 @@
 //! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`cutting`] the method, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 mod admit;
+mod coefficients;
 pub mod cut;
 pub mod cutting;
 pub mod engine;
 pub mod frame;
 pub mod gpu;
 pub mod health;
+pub mod limits;
 pub mod material;
 pub mod native;
 #[cfg(feature = "reference")]
@@ -124,6 +126,7 @@ pub mod validation;
 #[cfg(not(feature = "reference"))]
 #[expect(unreachable_pub, reason = "public with the feature `reference`")]
 mod validation;
+mod variants;
 
 /// What most programs need.
 pub mod prelude {

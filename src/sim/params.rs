@@ -3,6 +3,7 @@
 //! Grid coordinates count cells: node `i` stands at `i`, cell `i` reaches from `i` to `i + 1`, world = `origin + cell_width * grid`.
 //! Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end, so that its ghost nodes share a 4^3 block with it.
 
+use super::variants::variants;
 use glam::{DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -30,6 +31,11 @@ pub enum Wall {
     /// Frictionless while the folded momentum points into the wall, absent otherwise: clay can leave.
     #[default]
     Separate,
+}
+
+variants! {
+    /// Every wall.
+    Wall: Slip, Stick, Separate
 }
 
 /// The six walls, low and high along each axis.

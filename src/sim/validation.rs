@@ -37,12 +37,8 @@ impl Validation {
 
     /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward normal: those of a growing ball.
     pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
-        match shape {
-            ToolShape::Sphere { radius } => {
-                (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
-            }
-            _ => (shape, 0.0),
-        }
+        let ToolShape::Sphere { radius } = shape else { return (shape, 0.0) };
+        (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
     }
 }
 

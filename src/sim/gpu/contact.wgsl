@@ -1,7 +1,6 @@
 // Contact at a node: blades, the fields that kept cuts divide, solid tools.
 
-// Most sheets that divide one node. A field is the clay that is beyond the same of them, from their owners' sides.
-const DIVISIONS_MAX: u32 = 4u;
+// A field is the clay that is beyond the same divisions, DIVISIONS_MAX at most, from their owners' sides.
 const NO_BLADE: u32 = 0xffffffffu;
 
 // A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it there.

@@ -4,9 +4,6 @@
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;
 
-const WALL_STICK: u32 = 1u;
-const WALL_SEPARATE: u32 = 2u;
-
 struct Sums { c: array<vec4f, CLASSES> } // momentum and mass of each class
 
 var<workgroup> totals: array<vec4f, 64>; // of all classes

@@ -4,7 +4,8 @@
 //! |------------|----------------------------------------------------------------------------|
 //! | `encode`   | the order of the passes, once                                              |
 //! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts   |
-//! | `layout`   | Rust twins of the WGSL structs                                             |
+//! | `layout`   | the structs that host and device share, declared once                      |
+//! | `params`   | a submission's numbers; `tool`: its tools                                  |
 //! | `buffers`  | buffers, what is bound where, limits                                       |
 //! | `kernels`  | pipelines, each a `kernel`                                                                  |
 //! | `plan`     | fixed-point scales, how often particles are re-binned                      |
@@ -23,12 +24,14 @@ mod handed;
 pub(crate) mod kernel;
 mod kernels;
 mod layout;
+mod params;
 mod pass;
 mod plan;
 mod readback;
 mod report;
 mod solver;
 mod stamps;
+mod tool;
 #[cfg(feature = "reference")]
 mod trace;
 mod wgsl;
@@ -38,8 +41,11 @@ pub(crate) use device::{check, guarded};
 pub use layout::{PROFILES_MAX, TOOLS_MAX};
 
 use super::admit::admit;
+use super::cutting::CuttingMethod;
 use super::engine::{Deferred, Engine, EngineError, StatePromise, StateTicket};
 use super::frame::{FramePlan, FrameReport, SurfaceSource};
+use super::limits::PENDING_MAX;
+use super::material::ClayLaw;
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
 use handed::Handed;
@@ -48,8 +54,6 @@ use solver::{Share, Solver};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-/// Frames that may be under way.
-const PENDING_MAX: usize = 2;
 /// Submissions that may wait on the device: one runs, one is ready.
 const SUBMISSIONS_MAX: usize = 2;
 
@@ -219,15 +223,18 @@ impl GpuEngine {
     }
 }
 
-/// Refuses what only the native engine and the oracle know.
-fn refuse_comparisons(plan: &FramePlan) -> Result<(), ParamsError> {
-    if plan.material.law.is_as_published() {
-        let law = format!("{:?}", plan.material.law);
-        return Err(ParamsError::new("law", law, "is kept for comparison, on the native engine only"));
+/// Refuses what this engine lacks, by name: laws and methods that are kept for comparison, inputs of validation cases.
+fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
+    let refusal = |name, value| Err(ParamsError::new(name, value, "is kept for comparison, on the native engine only"));
+    match plan.material.law {
+        ClayLaw::Softened | ClayLaw::Worked { .. } => {}
+        law @ (ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD) => return refusal("law", law.identifier()),
     }
-    if !plan.cutting.keeps_cuts() {
-        let method = format!("{:?}", plan.cutting);
-        return Err(ParamsError::new("cutting", method, "is kept for comparison, on the native engine only"));
+    match plan.cutting {
+        CuttingMethod::TwoFields => {}
+        method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
+            return refusal("cutting", method.identifier());
+        }
     }
     match plan.validation.special_input() {
         Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
@@ -258,13 +265,13 @@ impl Engine for GpuEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
-        refuse_comparisons(&plan)?;
+        refuse_unknown(&plan)?;
         self.handed()?;
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");
             return Err(ParamsError::new("tools", plan.tools.len(), reason).into());
         }
-        let bent = layout::bent_blades(&plan.tools).count();
+        let bent = params::bent_blades(&plan.tools).count();
         if bent > PROFILES_MAX as usize {
             let reason = format!("must have at most {PROFILES_MAX} bent blades on this engine");
             return Err(ParamsError::new("tools", format!("{bent} bent blades"), reason).into());
@@ -333,19 +340,22 @@ impl Engine for GpuEngine {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cutting::CuttingMethod;
     use super::super::material::ClayMaterial;
     use super::super::plan::StepLimits;
     use super::*;
 
-    /// The methods of others are refused by name, ours is not.
+    /// Laws and methods that are kept for comparison are refused by name, the others are not.
     #[test]
-    fn other_methods_of_cutting_are_refused() {
-        let mut plan = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
-        assert!(refuse_comparisons(&plan).is_ok());
-        for method in [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles] {
-            plan.cutting = method;
-            assert_eq!(refuse_comparisons(&plan).expect_err("a refusal").name, "cutting");
+    fn comparisons_are_refused() {
+        let fresh = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
+        for law in ClayLaw::ALL {
+            let plan = FramePlan { material: ClayMaterial { law, ..fresh.material }, ..fresh.clone() };
+            let refused = refuse_unknown(&plan).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, law.is_as_published().then(|| ("law", law.identifier().into())));
+        }
+        for cutting in CuttingMethod::ALL {
+            let refused = refuse_unknown(&FramePlan { cutting, ..fresh.clone() }).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, (!cutting.keeps_cuts()).then(|| ("cutting", cutting.identifier().into())));
         }
     }
 }

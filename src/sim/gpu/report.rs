@@ -6,7 +6,8 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::ParticleSums;
-use super::layout::{Status, Total, centre, flag};
+use super::layout::{Status, Total, flag};
+use super::params::centre;
 use super::plan::Forecast;
 use glam::{DMat3, DVec3};
 

@@ -3,6 +3,7 @@
 use super::super::engine::{EngineError, StatePromise};
 use super::super::frame::{FrameOutputs, FramePlan, FrameReport};
 use super::super::health::Health;
+use super::super::limits::REDO_MAX;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::{Particle, Snapshot};
@@ -12,7 +13,8 @@ use super::device::{GpuError, guarded};
 use super::encode::{Encoding, Part, Work};
 use super::handed::{self, Ended, Handed, Held};
 use super::kernels::KernelSets;
-use super::layout::{Params, ParamsInput, Status, flag};
+use super::layout::{Status, flag};
+use super::params::{Params, ParamsInput};
 use super::plan::{Forecast, Scales, interval};
 use super::readback::{Progress, Readback};
 use super::report::{start_sums, sums};
@@ -22,8 +24,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// How often a frame is halved before it is given up, as on the native engine.
-const REDO_MAX: u32 = 4;
 /// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
 const RETRY_MAX: u32 = 12;
 

@@ -6,7 +6,7 @@ fn touching_place(slot: u32, k: u32) -> u32 {
 }
 
 fn separates(t: Tool) -> bool {
-    return !divides(t) && t.contact != STICK && t.contact != SLIP;
+    return !divides(t) && t.contact == SEPARATE;
 }
 
 fn contact_offset(t: Tool) -> f32 {

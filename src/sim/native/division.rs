@@ -4,12 +4,12 @@
 //! tagged by it. Clay that it has not tagged moves with the owner's side. A field is the clay that is beyond the same divisions.
 
 use super::super::cut::CutKey;
+use super::super::limits;
 use super::contact::ToolNow;
 use super::special::Meeting;
 use glam::{DVec3, IVec3};
 
-/// Most sheets that divide one node: particles know two, and a node sees those within 1.5 cells. The sheets of the lowest numbers count.
-const DIVISIONS_MAX: usize = 4;
+const DIVISIONS_MAX: usize = limits::DIVISIONS_MAX as usize;
 /// Most fields of a node.
 const FIELDS_MAX: usize = 1 << DIVISIONS_MAX;
 

@@ -2,6 +2,7 @@
 //!
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
 
+use super::super::coefficients::Coefficients;
 use super::super::cut::CutKey;
 use super::super::frame::FramePlan;
 use super::super::material::ClayMaterial;
@@ -132,9 +133,8 @@ impl Special {
 
 impl GridStep {
     /// The constants of substep `index` of a frame of substeps of `dt` [s].
-    pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
+    pub(super) fn new(coefficients: &Coefficients, plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
         let validation = &plan.validation;
-        let acceleration = dt * dt / domain.cell_width / plan.density_scale();
         let special = Special {
             clamped_walls: validation.clamped_walls,
             force: validation.manufactured,
@@ -143,13 +143,13 @@ impl GridStep {
             material: plan.material,
             start: f64::from(index) * dt,
             speed: dt / domain.cell_width,
-            acceleration,
+            acceleration: coefficients.acceleration,
         };
         let is_special = special.clamped_walls || special.force.is_some() || special.drive.is_some();
         Self {
-            gravity: plan.gravity * acceleration,
-            damping: (-validation.damping * dt).exp(),
-            adhesion: plan.material.shear_strength() * acceleration / (plan.material.density * domain.cell_width),
+            gravity: coefficients.gravity,
+            damping: coefficients.damping,
+            adhesion: coefficients.adhesion,
             special: is_special.then_some(special),
         }
     }

@@ -6,9 +6,10 @@
 //!
 //! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not inlined through library code.
 
-use super::law::{self, Flow, Law};
+use super::law;
 use super::simd::{F8, Node, V4};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
+use super::step::Step;
 
 /// Nodes along a tile's x and y, and its padded z.
 pub(super) const TILE: usize = 7;
@@ -29,54 +30,6 @@ impl Tile {
     #[inline(always)]
     pub(super) const fn at(x: i32, y: i32, z: i32) -> usize {
         ((x + 1) as usize * TILE + (y + 1) as usize) * TILE_Z + (z + 1) as usize
-    }
-}
-
-/// Constants of one substep.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
-    pub law: Law,
-    /// What resists flow beyond the yield norm.
-    pub flow: Flow,
-    /// Greatest elastic |dev H| of fresh clay away from tools.
-    pub yield_norm: f32,
-    /// What the yield norm gains per plastic strain.
-    pub hardening_norm: f32,
-    /// Thixotropy, if the clay has it.
-    pub working: Option<Working>,
-    /// One cell per substep [m/s].
-    pub velocity_unit: f32,
-    /// One per substep [1/s].
-    pub rate_unit: f32,
-    /// Whether AVX2 and FMA were found.
-    pub fma: bool,
-}
-
-/// Thixotropy in one substep.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Working {
-    /// Share of the yield stress that fully worked clay loses [-].
-    pub loss: f32,
-    /// Working per plastic strain.
-    pub rate: f32,
-    /// What a substep's rest leaves of the working [-].
-    pub kept: f32,
-}
-
-impl Working {
-    /// The working after a substep with `plastic` strain.
-    #[inline(always)]
-    fn after(&self, structure: f32, plastic: f32) -> f32 {
-        (1.0 - (1.0 - structure) * (-self.rate * plastic).exp()) * self.kept
-    }
-}
-
-impl Step {
-    /// The yield norm of a particle: `softened` is that of fresh clay at its place.
-    #[inline(always)]
-    pub(super) fn yield_norm_of(&self, softened: f32, hardening: f32, structure: f32) -> f32 {
-        let left = self.working.map_or(1.0, |w| 1.0 - w.loss * structure);
-        softened * left + self.hardening_norm * hardening
     }
 }
 

@@ -3,6 +3,7 @@
 //! `ln(I + X)` by the Pade [3/3] approximant and `exp` by Taylor up to |X| = [`SERIES_MAX`]; beyond, per particle by eigenvalues in f64.
 //! Stress is scaled: `tau * 4 h^2 / (rho_s dx^2)`, the form in which it enters the affine momentum in cells and substeps.
 
+use super::super::limits::{self, FLOW_STEPS, STRETCH_MAX, STRETCH_MIN};
 use super::simd::F8;
 
 #[cfg(all(test, feature = "reference"))]
@@ -11,12 +12,8 @@ mod properties;
 /// A symmetric tensor of eight particles: xx yy zz xy xz yz.
 pub(super) type Sym8 = [F8; 6];
 
-/// Greatest Frobenius norm of `b_trial - I` the series serve [-]. There the Pade [3/3] log and the Taylor-6 exp are each off by at
-/// most 3e-8 (at -0.25; 1e-9 and less within 0.17), one unit in the last place of an f32 of that size.
-pub(super) const SERIES_MAX: f32 = 0.25;
-
-/// Limits of the principal stretches [-]: beyond them a particle is clamped and counted.
-const STRETCH: (f64, f64) = (0.05, 20.0);
+#[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+pub(super) const SERIES_MAX: f32 = limits::SERIES_MAX as f32;
 
 /// Scaled moduli of one substep.
 #[derive(Clone, Copy, Debug)]
@@ -40,10 +37,6 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    /// Newton steps for the power law: from the start below the residual is at most the excess itself, and 8 steps bring it to f32 rounding
-    /// for n >= 0.05 (`power_law_flow_is_solved`).
-    const STEPS: usize = 8;
-
     /// Whether the yield norm is all there is.
     pub(super) fn is_plain(&self) -> bool {
         self.hardening == 0.0 && self.viscous == 0.0
@@ -62,7 +55,7 @@ impl Flow {
         // In z = g^index the function is convex and rising, so Newton's method falls to the root from above; either term alone is above.
         let power = 1.0 / self.index;
         let mut z = (excess / self.viscous).min((excess / linear).powf(self.index));
-        for _ in 0..Self::STEPS {
+        for _ in 0..FLOW_STEPS {
             let g = linear * z.powf(power);
             z -= (g + self.viscous * z - excess) / (power * g / z + self.viscous);
         }
@@ -304,7 +297,7 @@ struct Exact {
 fn by_eigenvalues(law: &Law, flow: &Flow, x: [f32; 6], yield_norm: f32) -> Exact {
     let (mu2, lambda, y) = (f64::from(law.mu2), f64::from(law.lambda), f64::from(yield_norm));
     let (w, q) = eigen(x.map(f64::from));
-    let stretch2 = w.map(|w| (1.0 + w).clamp(STRETCH.0 * STRETCH.0, STRETCH.1 * STRETCH.1));
+    let stretch2 = w.map(|w| (1.0 + w).clamp(STRETCH_MIN * STRETCH_MIN, STRETCH_MAX * STRETCH_MAX));
     let clamped = (0..3).any(|i| stretch2[i] != 1.0 + w[i]) && w.iter().all(|w| w.is_finite());
     let h = std::array::from_fn(|i| 0.5 * if stretch2[i] == 1.0 + w[i] { w[i].ln_1p() } else { stretch2[i].ln() });
     let [a, b, c]: [f64; 3] = h;

@@ -5,6 +5,7 @@
 //! | `solver`   | the frame: substep loop, redo, report                                       |
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
+//! | `step`     | the numbers of a substep                                                    |
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
@@ -25,6 +26,7 @@ mod solver;
 mod special;
 mod state;
 mod stats;
+mod step;
 mod tags;
 mod touching;
 mod weld;
@@ -33,6 +35,7 @@ use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, StateTicket};
 use super::frame::{FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
 use super::health::Health;
+use super::limits::PENDING_MAX;
 use super::params::Domain;
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
@@ -41,9 +44,6 @@ use state::unpack_cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-
-/// Frames that may be under way.
-const PENDING_MAX: usize = 2;
 
 /// The CPU engine. Frames run on a thread of its own, in a pool of as many threads as asked for.
 pub struct NativeEngine {

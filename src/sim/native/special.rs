@@ -8,7 +8,7 @@ mod compared;
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
-use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
+use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
 use super::contact::ToolNow;
 use super::division::{Divisions, Fields};
 use super::ghost::Ghosts;
@@ -332,7 +332,7 @@ impl<'a> Block<'a> {
             for &(beyond, f) in fields.as_slice() {
                 let sign = f64::from(divisions.side(beyond, i));
                 let (field, normal, distance) = (usize::from(f), front * sign, distance * sign);
-                if tool.contact == Contact::Stick {
+                if tool.contact.sticks() {
                     let surface = tool.motion.velocity_at(world);
                     let after = tool::stick(self.velocity[field][k], surface, normal, distance, step.adhesion);
                     self.push(k, field, (index, tool), world, after);

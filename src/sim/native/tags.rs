@@ -2,12 +2,10 @@
 
 use super::super::cut;
 use super::super::params::Domain;
+use super::super::tool::SET_BACK;
 use super::contact::ToolNow;
 use super::state::{Cold, Hot, Run, unpack_cell};
 use glam::{DVec3, IVec3};
-
-/// Where a particle found behind the blade is put: this far in front of it [cells].
-const SET_BACK: f64 = 1e-3;
 
 /// What a blade did to the particles' sides.
 #[derive(Clone, Copy, Debug, Default)]

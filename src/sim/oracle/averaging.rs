@@ -5,12 +5,10 @@
 //! substeps the particles at yield take part of the difference to the volume-weighted mean ln J of those in their cell and class. The sum of
 //! `V ln J` and every deviator stay; elastic clay is left alone, so that closed-form elastic answers are.
 
+use super::super::limits::FLOWING;
 use super::tools::{Moment, Surroundings};
 use super::{Particle, law};
 use std::collections::BTreeMap;
-
-/// Particles whose deviator is at least this share of the yield's [-] flow.
-const FLOWING: f64 = 0.99;
 
 /// Relaxes the particles before substep `step` of the frame, if the plan asks for it there.
 pub(super) fn average_volumes(particles: &mut [Particle], around: &Surroundings, step: u32) {

@@ -43,7 +43,7 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     for (field, sign) in node.fields.iter_mut().zip(sides) {
         let (normal, distance) = (band.normal * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
-        if tool.path.tool.contact == Contact::Stick {
+        if tool.path.tool.contact.sticks() {
             let after = tool::stick(field.velocity, tool.velocity(world, normal), normal, distance, around.adhesion());
             push(field, tool, world, after, felt);
         } else if distance <= CONTACT_OFFSET {

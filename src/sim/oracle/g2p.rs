@@ -22,7 +22,7 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
         let update = law::advance(material, yield_stress, dt, particle.elastic_strain, particle.affine * dt);
         particle.elastic_strain = update.elastic_strain;
         particle.hardening += update.plastic_strain;
-        particle.structure = law::work(material, particle.structure, update.plastic_strain, dt);
+        particle.structure = material.structure_after(particle.structure, update.plastic_strain, dt);
         frame.clamped += u64::from(update.is_clamped);
     }
 }

@@ -6,11 +6,9 @@
 //!
 //! Logarithm and exponential are taken of the eigenvalues of `E` itself, by `ln_1p` and `exp_m1`: strains of 1e-12 keep all digits.
 
-use super::super::material::{ClayLaw, ClayMaterial};
+use super::super::limits::{STRETCH_MAX, STRETCH_MIN};
+use super::super::material::ClayMaterial;
 use glam::{DMat3, DVec3};
-
-/// Least and greatest elastic stretch [-]; beyond, the strain is clamped and counted.
-pub const STRETCH_RANGE: (f64, f64) = (0.05, 20.0);
 
 /// sqrt(2/3): |deviator| over equivalent stress.
 const SQRT_2_3: f64 = 0.816_496_580_927_726;
@@ -92,7 +90,7 @@ pub struct Advanced {
     pub elastic_strain: DMat3,
     /// Equivalent plastic strain gained [-].
     pub plastic_strain: f64,
-    /// Whether a stretch left [`STRETCH_RANGE`].
+    /// Whether a stretch was beyond its limits and was clamped.
     pub is_clamped: bool,
 }
 
@@ -104,8 +102,8 @@ pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_stra
     let trial = elastic_strain + half + half.transpose() + increment * (DMat3::IDENTITY + elastic_strain) * increment.transpose();
     let spectrum = Spectrum::of(trial);
 
-    let (low, high) = STRETCH_RANGE;
-    let strain = spectrum.values.clamp(DVec3::splat(low * low - 1.0), DVec3::splat(high * high - 1.0));
+    let [low, high] = [STRETCH_MIN, STRETCH_MAX].map(|stretch| DVec3::splat(stretch * stretch - 1.0));
+    let strain = spectrum.values.clamp(low, high);
     let is_clamped = strain != spectrum.values;
 
     let h = hencky(strain);
@@ -149,17 +147,6 @@ pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {
         high - low > 1e-15 * excess
     } {}
     0.5 * (low + high)
-}
-
-/// The working D [-] of thixotropic clay after a substep of `dt` [s] with `plastic_strain` [-]: exact for a constant rate in turn with rest,
-/// `1 - D *= exp(-rate a)`, then `D *= exp(-dt / rest_time)`.
-pub fn work(material: &ClayMaterial, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
-    match material.law {
-        ClayLaw::Worked { rate, rest_time, .. } => {
-            (1.0 - (1.0 - structure) * (-rate * plastic_strain).exp()) * (-dt / rest_time).exp()
-        }
-        _ => structure,
-    }
 }
 
 /// Norm of the Hencky deviator [-] and `ln J` of an elastic strain.

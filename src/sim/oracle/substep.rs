@@ -19,7 +19,9 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     averaging::average_volumes(particles, &around, step);
     match plan.cutting {
         CuttingMethod::TwoFields => tags::take_sides(particles, &around, frame),
-        _ => ghost::take_sides(particles, &around, frame),
+        CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles => {
+            ghost::take_sides(particles, &around, frame);
+        }
     }
 
     let mut grid = p2g::scatter(particles, &around);

@@ -6,11 +6,9 @@
 
 use super::super::cut;
 use super::super::frame::FrameReport;
+use super::super::tool::SET_BACK;
 use super::Particle;
 use super::tools::Surroundings;
-
-/// Where a particle is put back: this far from the blade's plane, on its own side [cells].
-const PUT_BACK_DISTANCE: f64 = 1e-3;
 
 /// Lets each blade of the plan, in order, tag the particles and put back those on the wrong side of it.
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
@@ -27,7 +25,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
             let side = particle.key().side(sheet);
             if near.is_behind(side) {
                 let distance = near.distance / around.domain.cell_width;
-                let put_back = f64::from(side) * PUT_BACK_DISTANCE - distance;
+                let put_back = f64::from(side) * SET_BACK - distance;
                 particle.position = around.in_room(particle.position + near.normal * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());

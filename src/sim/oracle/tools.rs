@@ -120,9 +120,8 @@ impl<'a> Surroundings<'a> {
 
     /// The particle's present yield stress [Pa]: softened by the tools as they stand then and by work, hardened.
     pub(super) fn yield_stress(&self, particle: &Particle, at: Moment) -> f64 {
-        let material = &self.plan.material;
-        let fresh = material.yield_stress_at(self.tool_distance(particle.position, at), self.domain.cell_width);
-        fresh * material.worked_factor(particle.structure) + material.hardening_modulus * particle.hardening
+        let (distance, cell_width) = (self.tool_distance(particle.position, at), self.domain.cell_width);
+        self.plan.material.flow_stress_at(distance, cell_width, particle.structure, particle.hardening)
     }
 
     /// What multiplies the particle's stress [-], with the tools at the substep's start.

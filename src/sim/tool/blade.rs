@@ -12,18 +12,22 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 /// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a quadratic spline reaches 1.5.
 pub const BAND: f64 = 1.5;
 
+/// Where a particle found behind a blade is put: this far in front of it [cells].
+pub const SET_BACK: f64 = 1e-3;
+
+/// Least reach [cells] that [`traction_share`] divides by: where hardly any clay reaches the node the share grows beyond all bounds.
+pub(crate) const TRACTION_REACH_MIN: f64 = 1e-3;
+
 /// Acceleration of a node at `distance` [cells] before a plane, positive in the clay, by a traction t of the plane on the clay, over `t / (rho_s dx)`.
 ///
 /// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic spline at the plane (it sums to 1), S the part of
 /// the spline, and so of the node's full mass, that is on the clay's side. 0 from [`BAND`] on.
 pub fn traction_share(distance: f64) -> f64 {
-    // Where hardly any clay reaches the node the share grows beyond all bounds [cells].
-    const LEAST: f64 = 1e-3;
     let (d, reach) = (distance, BAND - distance.abs());
     let (at_plane, in_clay) = match d {
         _ if reach <= 0.0 => (0.0, 1.0),
         _ if d > 0.5 => (0.5 * reach * reach, 1.0 - reach.powi(3) / 6.0),
-        _ if d < -0.5 => (3.0, reach.max(LEAST)),
+        _ if d < -0.5 => (3.0, reach.max(TRACTION_REACH_MIN)),
         _ => (0.75 - d * d, 0.5 + 0.75 * d - d.powi(3) / 3.0),
     };
     at_plane / in_clay
@@ -158,7 +162,9 @@ impl Outline {
                 let at = |q: DVec3| DVec2::new(q.x, q.z);
                 profile.crossings(at(a), at(b)).any(|t| a.lerp(b, t).y.abs() <= half_height)
             }
-            _ => (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside,
+            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Wire { .. } => {
+                (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside
+            }
         }
     }
 }
@@ -169,7 +175,9 @@ impl Blade {
         let band = BAND * cell;
         match outline {
             Outline::Wire { half_length } => Self::wire(half_length, motion, cell),
-            _ => Self { outline, band, motion, holds: true },
+            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } => {
+                Self { outline, band, motion, holds: true }
+            }
         }
     }
 

@@ -28,6 +28,13 @@ pub struct Nearest {
 }
 
 impl Profile {
+    /// A veiner's: 60 degrees between two flanks of 3 units.
+    pub(super) const V: Self = {
+        let mut points = [DVec2::ZERO; PROFILE_POINTS];
+        (points[0], points[2]) = (DVec2::new(-1.5, 2.6), DVec2::new(1.5, 2.6));
+        Self { points, count: 3 }
+    };
+
     /// A profile of these points [m].
     ///
     /// # Errors

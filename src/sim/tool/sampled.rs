@@ -1,7 +1,7 @@
 //! Tools as clouds of points, for the methods of others: rigid particles (Hu et al. 2018) and interactive particles (Deng et al.).
 
 use super::super::cutting::CuttingMethod;
-use super::{Motion, Profile, ToolShape};
+use super::{Motion, Outline, Profile, ToolShape};
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
@@ -29,19 +29,19 @@ fn row(half: f64, spacing: f64) -> impl Iterator<Item = f64> {
 /// A shape's points, at most `spacing` apart: one layer of a blade, rim included; all of a solid. A wire has none.
 pub(crate) fn samples(shape: &ToolShape, spacing: f64) -> Vec<Sample> {
     let flat = |at| Sample { at, normal: DVec3::Z };
-    match *shape {
-        ToolShape::Blade { half_width, half_height } => {
+    match shape.outline() {
+        Some(Outline::Rectangle { half_width, half_height }) => {
             let line = |y| row(half_width, spacing).map(move |x| flat(DVec3::new(x, y, 0.0)));
             row(half_height, spacing).flat_map(line).collect()
         }
-        ToolShape::PointedBlade { half_width, half_height } => {
+        Some(Outline::Triangle { half_width, half_height }) => {
             let width = |y: f64| half_width * (y + half_height) / (2.0 * half_height);
             let line = |y| row(width(y), spacing).map(move |x| flat(DVec3::new(x, y, 0.0)));
             row(half_height, spacing).flat_map(line).collect()
         }
-        ToolShape::BentBlade { profile, half_height } => bent(&profile, half_height, spacing),
-        ToolShape::Wire { .. } => vec![],
-        _ => {
+        Some(Outline::Strip { profile, half_height }) => bent(&profile, half_height, spacing),
+        Some(Outline::Wire { .. }) => vec![],
+        None => {
             // The points of a lattice about the origin that are inside.
             let half = (shape.bounding_radius() / spacing).ceil();
             let axis = || row(half * spacing, spacing);

@@ -1,6 +1,7 @@
 //! Tool shapes and their exact signed distances.
 
 use super::super::params::ParamsError;
+use super::super::variants::variants;
 use super::blade::Outline;
 use super::profile::Profile;
 use glam::{DVec2, DVec3};
@@ -66,6 +67,19 @@ pub enum ToolShape {
         /// Half the way from the tip, at -`half_height`, to the flat end [m].
         half_height: f64,
     },
+}
+
+variants! {
+    /// One of every shape, about three units wide.
+    ToolShape:
+        Sphere { radius: 3.2 },
+        Capsule { radius: 2.1, half_length: 2.5 },
+        Box { half_size: DVec3::new(2.3, 1.7, 3.1) },
+        Blade { half_width: 4.1, half_height: 3.4 },
+        Cone { radius: 3.1, half_height: 2.4 },
+        PointedBlade { half_width: 2.1, half_height: 4.3 },
+        BentBlade { profile: Profile::V, half_height: 3.4 },
+        Wire { half_length: 7.3 },
 }
 
 impl ToolShape {
@@ -144,6 +158,11 @@ impl ToolShape {
         self.outline().is_some()
     }
 
+    /// Whether the shape is a wire: it parts the clay and holds none off.
+    pub fn is_wire(&self) -> bool {
+        matches!(self.outline(), Some(Outline::Wire { .. }))
+    }
+
     /// What a blade or a wire is in its own plane or bend; none for a solid shape.
     pub(crate) fn outline(&self) -> Option<Outline> {
         Some(match *self {
@@ -151,7 +170,7 @@ impl ToolShape {
             Self::PointedBlade { half_width, half_height } => Outline::Triangle { half_width, half_height },
             Self::BentBlade { profile, half_height } => Outline::Strip { profile, half_height },
             Self::Wire { half_length } => Outline::Wire { half_length },
-            _ => return None,
+            Self::Sphere { .. } | Self::Capsule { .. } | Self::Box { .. } | Self::Cone { .. } => return None,
         })
     }
 
@@ -236,17 +255,10 @@ fn cone(radius: f64, half_height: f64, local: DVec3) -> (f64, DVec3) {
 mod tests {
     use super::*;
 
-    const SHAPES: [ToolShape; 4] = [
-        ToolShape::Sphere { radius: 0.7 },
-        ToolShape::Capsule { radius: 0.3, half_length: 0.5 },
-        ToolShape::Box { half_size: DVec3::new(0.3, 0.5, 0.2) },
-        ToolShape::Cone { radius: 0.4, half_height: 0.3 },
-    ];
-
     /// Stepping back along the normal by the distance reaches the surface, from outside and inside.
     #[test]
     fn normal_times_distance_leads_to_surface() {
-        for shape in SHAPES {
+        for shape in ToolShape::ALL.into_iter().filter(|shape| !shape.is_blade()).map(|shape| shape.scaled(0.2)) {
             for i in 0..1000 {
                 let r = |k: i32| f64::from((i * 7919 + k * 104_729) % 2000) / 1000.0 - 1.0;
                 let x = DVec3::new(r(1), r(2), r(3));

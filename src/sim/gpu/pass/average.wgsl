@@ -1,8 +1,6 @@
 // Anti-locking: flowing particles of a cell and class share part of their ln J. Runs where the particles have just been sorted by cell: the first
 // of each cell does the work of all.
 
-const FLOWING: f32 = 0.99; // share of the yield norm
-
 fn cell_of(i: u32) -> u32 {
     return bitcast<u32>(state[at(POSITION, i)].w);
 }
