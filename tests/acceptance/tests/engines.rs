@@ -63,17 +63,26 @@ fn welding_agrees() {
 }
 
 #[test]
+fn all_blades_agree() {
+    assert_all(agreement::all_blades());
+}
+
+#[test]
 fn laws_agree() {
     assert_all(agreement::laws());
 }
 
-/// The laws as published: the stress itself fades from the tool.
+/// The laws as published too, under which the stress itself fades from the tool.
 #[test]
-fn published_laws_agree() {
-    let law = |law| ClayMaterial { law, softening_length: 4.0 * CELL, ..soft() };
-    let all = [("as published", ClayLaw::AsPublished), ("as published, default d", ClayLaw::AsPublishedDefaultD)];
-    assert_all(all.into_iter().map(|(name, l)| agreement::pressed(name, law(l), 0.0)).collect());
+fn all_laws_agree() {
+    assert_all(agreement::all_laws());
 }
+
+/// The methods of others: all but the first.
+const METHODS: [CuttingMethod; CuttingMethod::ALL.len() - 1] = {
+    let [_, others @ ..] = CuttingMethod::ALL;
+    others
+};
 
 /// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
 fn compared(method: CuttingMethod) -> Vec<Agreement> {
@@ -109,18 +118,8 @@ fn compared(method: CuttingMethod) -> Vec<Agreement> {
 }
 
 #[test]
-fn cuts_as_published_agree() {
-    assert_all(compared(CuttingMethod::Published));
-}
-
-#[test]
-fn cuts_by_rigid_particles_agree() {
-    assert_all(compared(CuttingMethod::RigidParticles));
-}
-
-#[test]
-fn interactive_particles_agree() {
-    assert_all(compared(CuttingMethod::InteractiveParticles));
+fn other_methods_agree() {
+    METHODS.into_iter().for_each(|method| assert_all(compared(method)));
 }
 
 #[test]
@@ -160,7 +159,7 @@ fn growing_balls_agree() {
         p.validation.sphere_growth = 0.05 * CELL / p.dt;
         special(format!("growing ball {contact:?}"), s, p)
     };
-    assert_all([Contact::Stick, Contact::Slip, agreement::SEPARATE].map(case).into());
+    assert_all(Contact::ALL.map(case).into());
 }
 
 /// A block under the force of a manufactured solution, at a wall and in the open, with scaled inertia.
@@ -196,9 +195,6 @@ fn runs_are_bit_identical() {
     assert!(one == run(2), "one thread against two");
     assert!(one == run(1), "two runs");
 }
-
-const METHODS: [CuttingMethod; 3] =
-    [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles];
 
 /// The same of the methods of others.
 #[test]
@@ -239,7 +235,7 @@ fn ghosts_move_with_the_blade() {
     s.particles[0].set_grid(at);
     let blade =
         Tool { shape: ToolShape::Blade { half_width: 4.1 * CELL, half_height: 4.2 * CELL }, contact: agreement::SEPARATE };
-    for cutting in [CuttingMethod::Published, CuttingMethod::RigidParticles] {
+    for cutting in METHODS.into_iter().filter(|method| method.has_ghosts()) {
         let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
         let from = at - DVec3::Z * 0.35;
         p.tools = vec![moving(&s, &p, blade, from, from + DVec3::Z * 0.05, DQuat::IDENTITY)];
