@@ -41,11 +41,9 @@ pub(crate) use device::{check, guarded};
 pub use layout::{PROFILES_MAX, TOOLS_MAX};
 
 use super::admit::admit;
-use super::cutting::CuttingMethod;
 use super::engine::{Deferred, Engine, EngineError, StatePromise, StateTicket};
 use super::frame::{FramePlan, FrameReport, SurfaceSource};
 use super::limits::PENDING_MAX;
-use super::material::ClayLaw;
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
 use handed::Handed;
@@ -223,25 +221,6 @@ impl GpuEngine {
     }
 }
 
-/// Refuses what this engine lacks, by name: laws and methods that are kept for comparison, inputs of validation cases.
-fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
-    let refusal = |name, value| Err(ParamsError::new(name, value, "is kept for comparison, on the native engine only"));
-    match plan.material.law {
-        ClayLaw::Softened | ClayLaw::Worked { .. } => {}
-        law @ (ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD) => return refusal("law", law.identifier()),
-    }
-    match plan.cutting {
-        CuttingMethod::TwoFields => {}
-        method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
-            return refusal("cutting", method.identifier());
-        }
-    }
-    match plan.validation.special_input() {
-        Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
-        None => Ok(()),
-    }
-}
-
 impl Engine for GpuEngine {
     fn describe(&self) -> String {
         format!("GPU engine on {}", self.link.shared.device.describe())
@@ -265,7 +244,7 @@ impl Engine for GpuEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
-        refuse_unknown(&plan)?;
+        params::refuse_unknown(&plan)?;
         self.handed()?;
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");
@@ -335,27 +314,5 @@ impl Engine for GpuEngine {
 
     fn pending(&self) -> usize {
         self.pending
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::material::ClayMaterial;
-    use super::super::plan::StepLimits;
-    use super::*;
-
-    /// Laws and methods that are kept for comparison are refused by name, the others are not.
-    #[test]
-    fn comparisons_are_refused() {
-        let fresh = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
-        for law in ClayLaw::ALL {
-            let plan = FramePlan { material: ClayMaterial { law, ..fresh.material }, ..fresh.clone() };
-            let refused = refuse_unknown(&plan).err().map(|e| (e.name, e.value));
-            assert_eq!(refused, law.is_as_published().then(|| ("law", law.identifier().into())));
-        }
-        for cutting in CuttingMethod::ALL {
-            let refused = refuse_unknown(&FramePlan { cutting, ..fresh.clone() }).err().map(|e| (e.name, e.value));
-            assert_eq!(refused, (!cutting.keeps_cuts()).then(|| ("cutting", cutting.identifier().into())));
-        }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::super::coefficients::{Coefficients, LawCoefficients};
 use super::super::cut::WeldRule;
+use super::super::cutting::CuttingMethod;
 use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
 use super::super::limits::TRAVEL_LIMIT;
-use super::super::params::Domain;
+use super::super::material::ClayLaw;
+use super::super::params::{Domain, ParamsError};
 use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
 use super::layout::{PROFILES_MAX, twins};
 use super::plan::Scales;
@@ -121,6 +123,28 @@ pub(super) struct ParamsInput<'a> {
     pub starts_frame: bool,
 }
 
+/// Checks that this engine has what the plan asks for.
+///
+/// # Errors
+/// A law or a method that is kept for comparison, or an input of a validation case, by name.
+pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
+    let refusal = |name, value| Err(ParamsError::new(name, value, "is kept for comparison, on the native engine only"));
+    match plan.material.law {
+        ClayLaw::Softened | ClayLaw::Worked { .. } => {}
+        law @ (ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD) => return refusal("law", law.identifier()),
+    }
+    match plan.cutting {
+        CuttingMethod::TwoFields => {}
+        method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
+            return refusal("cutting", method.identifier());
+        }
+    }
+    match plan.validation.special_input() {
+        Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
+        None => Ok(()),
+    }
+}
+
 /// The greatest yield norm, and adhesion: an elastic clay's is infinite, which shaders may not count on.
 const YIELD_NORM_MAX: f32 = 1e30;
 
@@ -232,4 +256,26 @@ pub(super) fn bent_blades(tools: &[ToolPath]) -> impl Iterator<Item = (usize, Pr
 /// The cell that angular momentum is summed about on the device: sums of f32 keep more digits about the middle.
 pub(super) fn centre(domain: &Domain) -> IVec3 {
     domain.grid_cells() / 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::material::ClayMaterial;
+    use super::super::super::plan::StepLimits;
+    use super::*;
+
+    /// Laws and methods that are kept for comparison are refused by name, the others are not.
+    #[test]
+    fn comparisons_are_refused() {
+        let fresh = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
+        for law in ClayLaw::ALL {
+            let plan = FramePlan { material: ClayMaterial { law, ..fresh.material }, ..fresh.clone() };
+            let refused = refuse_unknown(&plan).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, law.is_as_published().then(|| ("law", law.identifier().into())));
+        }
+        for cutting in CuttingMethod::ALL {
+            let refused = refuse_unknown(&FramePlan { cutting, ..fresh.clone() }).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, (!cutting.keeps_cuts()).then(|| ("cutting", cutting.identifier().into())));
+        }
+    }
 }
