@@ -251,7 +251,7 @@ fn advance(step: &Step, place: &Place<'_>, eight: &Eight, cold: &[Cold], got: &[
             yield_norm.0[k] = softening(eight.grid(place, &x, k));
         }
     }
-    if step.hardening_norm > 0.0 || step.working.is_some() {
+    if step.has_history() {
         for k in 0..eight.count {
             yield_norm.0[k] = step.yield_norm_of(yield_norm.0[k], eight.hardening.0[k], cold[k].structure);
         }

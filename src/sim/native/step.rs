@@ -76,6 +76,12 @@ impl Step {
         }
     }
 
+    /// Whether the yield norm of a particle depends on what it went through.
+    #[inline(always)]
+    pub(super) fn has_history(&self) -> bool {
+        self.hardening_norm > 0.0 || self.working.is_some()
+    }
+
     /// The yield norm of a particle: `softened` is that of fresh clay at its place.
     #[inline(always)]
     pub(super) fn yield_norm_of(&self, softened: f32, hardening: f32, structure: f32) -> f32 {
