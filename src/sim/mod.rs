@@ -100,6 +100,11 @@
 //! Files in data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`snapshot`] holds its
 //! state, [`plan`] chooses steps, [`cut`] the sides of cuts, [`cutting`] the method, [`engine`] is the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
+#![deny(
+    clippy::wildcard_enum_match_arm,
+    reason = "a new law, shape, contact or method must not fall to what was meant for another"
+)]
+
 mod admit;
 mod coefficients;
 pub mod cut;

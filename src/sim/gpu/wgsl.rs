@@ -155,10 +155,8 @@ mod tests {
                 .global_variables
                 .iter()
                 .filter_map(|(_, v)| {
-                    let is_read_only = match v.space {
-                        naga::AddressSpace::Storage { access } => !access.contains(naga::StorageAccess::STORE),
-                        _ => false,
-                    };
+                    let is_read_only =
+                        matches!(v.space, naga::AddressSpace::Storage { access } if !access.contains(naga::StorageAccess::STORE));
                     let is_uniform = v.space == naga::AddressSpace::Uniform;
                     v.binding.as_ref().map(|b| Binding { index: b.binding, is_uniform, is_read_only })
                 })
@@ -228,7 +226,7 @@ mod tests {
                 module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(name)).expect("a function of the tools' text");
             let mut found = vec![];
             cases(&function.body, &mut found);
-            assert_eq!(found, [all.clone()], "{name}");
+            assert_eq!(found, std::slice::from_ref(all), "{name}");
         }
     }
 }
