@@ -4,7 +4,7 @@
 //!
 //! | pass    | does                                                                                  | equation          |
 //! |---------|---------------------------------------------------------------------------------------|-------------------|
-//! | `average` | flowing particles share their cell's volume ratio, now and then (anti-locking)      | -                 |
+//! | `averaging` | flowing particles share their cell's volume ratio, now and then (anti-locking)      | -                 |
 //! | `tags`  | particles that a blade came near, or swept over, take their side of it                | Eq. 1, swept      |
 //! | `p2g`   | mass and momentum of each side class to the nodes, with the stress impulse            | Eq. 2-4           |
 //! | `grid`  | momentum -> velocity, gravity, contact of the two sides, tools, walls                 | -                 |

@@ -1,7 +1,7 @@
 //! Where the clay lives: the cell grid and its walls.
 //!
 //! Grid coordinates count cells: node `i` stands at `i`, cell `i` reaches from `i` to `i + 1`, world = `origin + cell_width * grid`.
-//! Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end, so that its ghost nodes share a 4^3 block with it.
+//! Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end, so that the nodes beyond it share a 4^3 block with it.
 
 use super::variants::variants;
 use glam::{DVec3, IVec3};
@@ -17,16 +17,16 @@ pub const PADDING: i32 = 3 * BLOCK;
 /// The largest grid edge [cells]; the block table of a 1024^3 grid takes 64 MiB.
 pub const CELLS_MAX: i32 = 1024;
 
-/// Least share of a column's mass at its ghost node [-] for a separating wall to touch the clay. Not 0: sums of fixed point lose what is less than
+/// Least share of a column's mass at its outer node [-] for a separating wall to touch the clay. Not 0: sums of fixed point lose what is less than
 /// 1e-7, and engines would not agree on the substep in which a wall begins to push.
 pub const WALL_TOUCH: f64 = 1e-4;
 
 /// What stands at one face of the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wall {
-    /// Frictionless mirror: normal velocity reversed in the ghost nodes, zero on the wall (second order; clamped walls do not converge).
+    /// Frictionless mirror: normal velocity reversed in the nodes beyond it, zero on the wall (second order; clamped walls do not converge).
     Slip,
-    /// No slip: all velocity components reversed in the ghost nodes, zero on the wall.
+    /// No slip: all velocity components reversed in the nodes beyond it, zero on the wall.
     Stick,
     /// Frictionless while the folded momentum points into the wall, absent otherwise: clay can leave.
     #[default]

@@ -25,7 +25,7 @@ pub struct Validation {
 
 impl Validation {
     /// The first input beyond damping that is in use, by name: an engine that has only damping refuses it.
-    pub fn special_input(&self) -> Option<&'static str> {
+    pub fn input_beyond_damping(&self) -> Option<&'static str> {
         let inputs = [
             (self.clamped_walls, "clamped_walls"),
             (self.sphere_growth != 0.0, "sphere_growth"),

@@ -225,7 +225,7 @@ impl Buffers {
             | Id::Count
             | Id::Place
             | Id::Order
-            | Id::Average
+            | Id::Averaging
             | Id::Tags
             | Id::Classes
             | Id::P2g

@@ -100,7 +100,7 @@ impl<'a> Encoding<'a> {
             }
             let mut passes = vec![(Id::Clear, v)];
             if self.work.plan.averaging_share(s, part.total) > 0.0 {
-                passes.push((Id::Average, v));
+                passes.push((Id::Averaging, v));
             }
             if blades {
                 passes.push((Id::Tags, v));

@@ -8,7 +8,7 @@
 //! | `params`   | a submission's numbers; `tool`: its tools                                  |
 //! | `buffers`  | buffers, what is bound where, limits                                       |
 //! | `kernels`  | pipelines, each a `kernel`                                                                  |
-//! | `plan`     | fixed-point scales, how often particles are re-binned                      |
+//! | `scales`   | fixed-point scales, how often particles are re-binned                      |
 //! | `solver`   | frames under way, redo, growth                                             |
 //! | `readback` | what comes back, without waiting; `stamps`: device times                   |
 //! | `report`   | sums -> a frame's report                                                   |
@@ -26,9 +26,10 @@ mod kernels;
 mod layout;
 mod params;
 mod pass;
-mod plan;
+
 mod readback;
 mod report;
+mod scales;
 mod solver;
 mod stamps;
 mod tool;

@@ -9,7 +9,7 @@ use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
 use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
 use super::layout::{PROFILES_MAX, twins};
-use super::plan::Scales;
+use super::scales::Scales;
 use glam::IVec3;
 
 twins! {
@@ -139,7 +139,7 @@ pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
             return refusal("cutting", method.identifier());
         }
     }
-    match plan.validation.special_input() {
+    match plan.validation.input_beyond_damping() {
         Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
         None => Ok(()),
     }

@@ -31,7 +31,7 @@ pub(super) mod part {
     pub(in super::super) const CONTACT: &str = include_str!("contact.wgsl");
     pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
-    pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
+    pub(in super::super) const WALLS: &str = include_str!("walls.wgsl");
     /// The classes of each block, read.
     pub(in super::super) const CUTS: &str =
         concat!("@group(0) @binding(16) var<storage, read> cuts: array<u32>;\n", include_str!("cuts.wgsl"));

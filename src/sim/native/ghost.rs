@@ -2,7 +2,7 @@
 //! after the other; the clay away from blades takes the usual way.
 //!
 //! Particles that stand on a side of a blade are classes of their own, as with kept cuts. A node that a class is incompatible with holds in place of the class's
-//! velocity an [`Incompatible`]: what the class brought goes to the tool (`special`), what its particles gather comes from it.
+//! velocity an [`Incompatible`]: what the class brought goes to the tool (`meeting`), what its particles gather comes from it.
 
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;

@@ -9,21 +9,21 @@
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
-//! | `grid`     | node sums and update; `special` where walls, tools and cuts meet            |
+//! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
 //! | `contact`  | tools in cells and substeps                                                 |
 //! | `stats`    | sums for the report                                                         |
 
 mod averaging;
 mod contact;
-mod division;
 mod ghost;
 mod grid;
 mod kernel;
 mod law;
+mod meeting;
 mod passes;
+mod sides;
 mod simd;
 mod solver;
-mod special;
 mod state;
 mod stats;
 mod step;

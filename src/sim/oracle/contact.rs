@@ -15,7 +15,7 @@ use glam::{DVec3, IVec3};
 /// Bounds the fields by each blade in its band, in the plan's order; then lets those that kept cuts divide press on each other.
 pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
     for (index, coordinate) in grid.coordinates().enumerate() {
-        if grid.nodes[index].is_ghost {
+        if grid.nodes[index].is_outer {
             continue;
         }
         let mut bands: Vec<(usize, Band)> =
@@ -116,7 +116,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
         for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
             let world = around.domain.to_world(coordinate.as_dvec3());
             let distance = tool.distance(world, Moment::End) / cell_width;
-            if node.is_ghost || distance >= tool.path.tool.contact.offset() {
+            if node.is_outer || distance >= tool.path.tool.contact.offset() {
                 continue;
             }
             let share = if tool.separates() { tool::closed_share(node.touching / full, distance) } else { 1.0 };

@@ -103,7 +103,7 @@ pub(super) struct Node {
     /// Part of a column that a wall folded; held by a clamped wall or driven, in validation cases.
     pub(super) is_at_wall: bool,
     /// Folded onto its mirror: it moves as its image, and contact passes it by.
-    pub(super) is_ghost: bool,
+    pub(super) is_outer: bool,
 }
 
 impl Node {

@@ -14,7 +14,7 @@ pub(super) fn take_along(grid: &mut Grid, around: &Surroundings, frame: &mut Fra
         let of_tool = |tool: &super::tools::MovingTool| tool.sampled.as_ref().map_or((0.0, DVec3::ZERO), |s| s.mass(coordinate));
         let shares: Vec<(f64, DVec3)> = around.tools.iter().map(of_tool).collect();
         let (mass, momentum) = shares.iter().fold((0.0, DVec3::ZERO), |sum, s| (sum.0 + s.0, sum.1 + s.1));
-        if node.is_ghost || mass == 0.0 {
+        if node.is_outer || mass == 0.0 {
             continue;
         }
         let world = around.domain.to_world(coordinate.as_dvec3());

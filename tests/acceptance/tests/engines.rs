@@ -112,7 +112,7 @@ fn compared(method: CuttingMethod) -> Vec<Agreement> {
         ];
         let tagged = if method.has_ghosts() { 300 } else { 0 };
         let name = format!("{method:?}: {name}");
-        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..special(name, s, p) });
+        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..held_closely(name, s, p) });
     }
     cases
 }
@@ -127,7 +127,7 @@ fn volume_averaging_agrees() {
     assert_all(agreement::averaging());
 }
 
-fn special(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
+fn held_closely(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
     Agreement { name: name.into(), case: Case { snapshot, plan }, position: 1e-6, strain: 3e-6, tagged: 0 }
 }
 
@@ -142,7 +142,7 @@ fn clamped_walls_agree() {
         let shift = s.domain.wall_nodes().1.x - s.domain.wall_nodes().0.x - 6 - 9;
         s.particles.iter_mut().for_each(|q| q.set_grid(q.grid() + f64::from(shift) * DVec3::X));
         p.validation.clamped_walls = true;
-        special(format!("clamped {kind:?}"), s, p)
+        held_closely(format!("clamped {kind:?}"), s, p)
     };
     assert_all([Wall::Separate, Wall::Slip, Wall::Stick].map(case).into());
 }
@@ -157,7 +157,7 @@ fn growing_balls_agree() {
         let tool = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact };
         p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.2, -0.1, 0.1), DQuat::IDENTITY)];
         p.validation.sphere_growth = 0.05 * CELL / p.dt;
-        special(format!("growing ball {contact:?}"), s, p)
+        held_closely(format!("growing ball {contact:?}"), s, p)
     };
     assert_all(Contact::ALL.map(case).into());
 }
@@ -172,7 +172,7 @@ fn manufactured_force_agrees() {
     let case = Manufactured { amplitudes: DVec3::splat(0.1), length, low, phases, time: 0.0 };
     p.integrator = Integrator::Explicit { density_scale: 2.0 };
     p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
-    assert_all(vec![special("manufactured", s, p)]);
+    assert_all(vec![held_closely("manufactured", s, p)]);
 }
 
 /// A block of which a shell of nodes is driven, and the middle free.
@@ -184,7 +184,7 @@ fn affine_drive_agrees() {
     let gradient = DMat3::from_cols_array(&[4.0, 1.0, -2.0, 5.0, -3.0, 2.0, -1.0, 3.0, 1.0]) * (2e-3 / p.dt);
     let drive = AffineDrive { gradient, about: at(4.3), free: [at(2.5), at(7.5)] };
     p.validation = Validation { affine_drive: Some(drive), ..Validation::default() };
-    assert_all(vec![special("driven", s, p)]);
+    assert_all(vec![held_closely("driven", s, p)]);
 }
 
 /// Two runs give the same bits, on one thread and on two.

@@ -41,7 +41,7 @@ fn dilate(i: u32, change: f32) {
 }
 
 @compute @workgroup_size(WORKGROUP)
-fn average(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+fn averaging(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let first = invocation(group, groups, k);
     if first >= params.particle_count || is_halted() { return; }
     let packed = cell_of(first);

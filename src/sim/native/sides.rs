@@ -6,7 +6,7 @@
 use super::super::cut::CutKey;
 use super::super::limits;
 use super::contact::ToolNow;
-use super::special::Meeting;
+use super::meeting::Meeting;
 use glam::{DVec3, IVec3};
 
 const DIVISIONS_MAX: usize = limits::DIVISIONS_MAX as usize;
