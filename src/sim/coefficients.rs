@@ -1,7 +1,9 @@
-//! What engines make of a plan: the numbers of its substeps, scaled to cells and substeps, once for all of them.
+//! What engines make of a plan: the numbers of its substeps, scaled to cells and substeps, once for all of
+//! them.
 //!
-//! In f64; an engine makes of them what it computes in. It takes [`LawCoefficients`] apart field by field, so that a number which it does not know fails
-//! to compile there. The oracle has none of this: it computes in SI, from the plan.
+//! In f64; an engine makes of them what it computes in. It takes [`LawCoefficients`] apart field by field, so
+//! that a number which it does not know fails to compile there. The oracle has none of this: it computes in
+//! SI, from the plan.
 
 use super::frame::FramePlan;
 use super::material::ClayLaw;
@@ -19,7 +21,8 @@ pub(crate) struct Coefficients {
     pub(crate) acceleration: f64,
     /// What validation damping leaves of a velocity [-].
     pub(crate) damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
+    /// [cells/substep].
     pub(crate) adhesion: f64,
     /// One cell per substep [m/s].
     pub(crate) velocity_unit: f64,
@@ -27,8 +30,9 @@ pub(crate) struct Coefficients {
     pub(crate) rate_unit: f64,
 }
 
-/// The clay law in one substep. Stress is scaled by [`Self::stress_scale`], the form in which it enters the affine momentum in cells and substeps;
-/// flow is in norms of the Hencky deviator: shortening it by g takes `hardening g + viscous g^flow_index` of its excess over the yield norm.
+/// The clay law in one substep. Stress is scaled by [`Self::stress_scale`], the form in which it enters the
+/// affine momentum in cells and substeps; flow is in norms of the Hencky deviator: shortening it by g takes
+/// `hardening g + viscous g^flow_index` of its excess over the yield norm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LawCoefficients {
     /// `4 h^2 / (rho_s dx^2)` [1/Pa].
@@ -43,7 +47,8 @@ pub(crate) struct LawCoefficients {
     pub(crate) viscous: f64,
     /// n.
     pub(crate) flow_index: f64,
-    /// Greatest |dev H| at rest of fresh clay away from tools, `sqrt(2/3) sY / (2 mu)`; infinite for elastic clay and under the laws as published.
+    /// Greatest |dev H| at rest of fresh clay away from tools, `sqrt(2/3) sY / (2 mu)`; infinite for elastic
+    /// clay and under the laws as published.
     pub(crate) yield_norm: f64,
     /// What the yield norm gains per plastic strain.
     pub(crate) hardening_norm: f64,

@@ -1,4 +1,5 @@
-//! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and soften.
+//! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and
+//! soften.
 
 use super::params::ParamsError;
 use super::variants::variants;
@@ -30,7 +31,8 @@ pub struct ClayMaterial {
     /// Hardening modulus H [Pa]: what the yield stress gains per plastic strain.
     #[serde(default)]
     pub hardening_modulus: f64,
-    /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is `sY + H a + eta (da/dt)^n`. 0 is rate-independent clay.
+    /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is
+    /// `sY + H a + eta (da/dt)^n`. 0 is rate-independent clay.
     #[serde(default)]
     pub viscosity: f64,
     /// Flow index n [-] in (0, 1]; 1 is linear viscosity.
@@ -76,11 +78,13 @@ impl Weld {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum ClayLaw {
-    /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the tool.
+    /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the
+    /// tool.
     #[default]
     Softened,
-    /// The same, and worked clay softens and stiffens again as it rests (thixotropy): the yield stress is also multiplied by `1 - loss D`, where the
-    /// working D [-] follows `dD/dt = rate (1 - D) da/dt - D / rest_time` with the plastic strain a.
+    /// The same, and worked clay softens and stiffens again as it rests (thixotropy): the yield stress is
+    /// also multiplied by `1 - loss D`, where the working D [-] follows
+    /// `dD/dt = rate (1 - D) da/dt - D / rest_time` with the plastic strain a.
     Worked {
         /// Share of the yield stress that fully worked clay loses [-], in [0, 1).
         loss: f64,
@@ -89,10 +93,11 @@ pub enum ClayLaw {
         /// Time in which rest brings back all but 1/e of what was lost [s]; infinite for never.
         rest_time: f64,
     },
-    /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy is created: kept for
-    /// reproduction, on the native engine and the oracle only. **Unstable.**
+    /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy
+    /// is created: kept for reproduction, on the native engine and the oracle only. **Unstable.**
     AsPublished,
-    /// The same with the usual default distance 0 where no tool is within 3 cells, which Eq. 5's second branch takes to a zeta above 1. **Unstable.**
+    /// The same with the usual default distance 0 where no tool is within 3 cells, which Eq. 5's second
+    /// branch takes to a zeta above 1. **Unstable.**
     AsPublishedDefaultD,
 }
 
@@ -133,8 +138,9 @@ fn one() -> f64 {
     1.0
 }
 
-/// Named clays. But for the two taken from elsewhere, Young's modulus is 55 times the yield stress: a stiffer clay costs substeps and adds under 10 % to
-/// shallow forces (slip-line indentation, rigidity index 33 against 100). What each number rests on: docs/EVIDENCE.md.
+/// Named clays. But for the two taken from elsewhere, Young's modulus is 55 times the yield stress: a stiffer
+/// clay costs substeps and adds under 10 % to shallow forces (slip-line indentation, rigidity index 33
+/// against 100). What each number rests on: docs/EVIDENCE.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Preset {
     /// 8 kPa yield: worked pottery clay.
@@ -147,7 +153,8 @@ pub enum Preset {
     Wax,
     /// 2 kPa yield and viscous (Bingham): silicone putty, which gives way slowly.
     Putty,
-    /// Young's modulus and Poisson's ratio of Yu et al.; the paper has neither yield stress nor density, and these, like the law, are of this crate.
+    /// Young's modulus and Poisson's ratio of Yu et al.; the paper has neither yield stress nor density, and
+    /// these, like the law, are of this crate.
     Paper,
     /// The default clay of VR-Doh (Luo et al. 2025), under the law of this crate.
     VrDoh,
@@ -244,8 +251,9 @@ impl ClayMaterial {
         self.yield_stress / 3f64.sqrt()
     }
 
-    /// Largest stable time step [s] of an isolated particle, the stiffest case of explicit MLS-MPM with quadratic splines:
-    /// `dx sqrt(rho / (3 K))`. From `C' = C - 4 dt tau / (rho dx^2)`; a test bisects for it.
+    /// Largest stable time step [s] of an isolated particle, the stiffest case of explicit MLS-MPM with
+    /// quadratic splines: `dx sqrt(rho / (3 K))`. From `C' = C - 4 dt tau / (rho dx^2)`; a test bisects for
+    /// it.
     pub fn time_step_limit(&self, cell_width: f64, density: f64) -> f64 {
         cell_width * (density / (3.0 * self.bulk_modulus())).sqrt()
     }
@@ -262,7 +270,8 @@ impl ClayMaterial {
         if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
     }
 
-    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite under the laws as published.
+    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite
+    /// under the laws as published.
     pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
         if self.law.is_as_published() {
             return f64::INFINITY;
@@ -270,8 +279,9 @@ impl ClayMaterial {
         self.yield_stress * (1.0 - self.softening * self.softening_zeta(distance, cell_width))
     }
 
-    /// Present yield stress [Pa] at `distance` [m] from the nearest tool of clay that was worked to D = `structure` [-] and has the plastic strain
-    /// `hardening` [-]: `sY (1 - s zeta) (1 - loss D) + H hardening`.
+    /// Present yield stress [Pa] at `distance` [m] from the nearest tool of clay that was worked to D =
+    /// `structure` [-] and has the plastic strain `hardening` [-]:
+    /// `sY (1 - s zeta) (1 - loss D) + H hardening`.
     pub fn flow_stress_at(&self, distance: f64, cell_width: f64, structure: f64, hardening: f64) -> f64 {
         let lost = match self.law {
             ClayLaw::Worked { loss, .. } => loss * structure,
@@ -280,8 +290,9 @@ impl ClayMaterial {
         self.yield_stress_at(distance, cell_width) * (1.0 - lost) + self.hardening_modulus * hardening
     }
 
-    /// The working D [-] after a substep of `dt` [s] with `plastic_strain` [-], from `structure` [-] before: exact for a constant rate in turn with rest,
-    /// `1 - D *= exp(-rate a)`, then `D *= exp(-dt / rest_time)`. Clay of other laws keeps what it has.
+    /// The working D [-] after a substep of `dt` [s] with `plastic_strain` [-], from `structure` [-] before:
+    /// exact for a constant rate in turn with rest, `1 - D *= exp(-rate a)`, then
+    /// `D *= exp(-dt / rest_time)`. Clay of other laws keeps what it has.
     pub fn structure_after(&self, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
         match self.law {
             ClayLaw::Worked { rate, rest_time, .. } => {
@@ -291,7 +302,8 @@ impl ClayMaterial {
         }
     }
 
-    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as published, where it is zeta of Eq. 5 to the letter.
+    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as
+    /// published, where it is zeta of Eq. 5 to the letter.
     pub fn stress_factor_at(&self, distance: f64, cell_width: f64) -> f64 {
         let (reach, length) = (SOFTENING_REACH * cell_width, self.softening_length_or_default(cell_width));
         match self.law {
@@ -366,8 +378,9 @@ impl ClayMaterial {
 mod tests {
     use super::*;
 
-    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay at the tool is near. With the distance
-    /// that far particles hold by default, far clay is stiffer than near clay.
+    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay
+    /// at the tool is near. With the distance that far particles hold by default, far clay is stiffer than
+    /// near clay.
     #[test]
     fn zeta_to_the_letter_and_as_meant() {
         let clay = |law| ClayMaterial { law, softening: 0.5, softening_length: 0.3, ..ClayMaterial::default() };

@@ -1,4 +1,5 @@
-//! Lists of what there is of a kind: one of each variant of an enum, which fails to compile where one is left out.
+//! Lists of what there is of a kind: one of each variant of an enum, which fails to compile where one is left
+//! out.
 
 /// Gives an enum `ALL`, `identifier` and `number`.
 macro_rules! variants {

@@ -1,4 +1,5 @@
-// Blades: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves behind.
+// Blades: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves
+// behind.
 
 // The point of a blade nearest to another, in the blade's frame.
 struct Foot {

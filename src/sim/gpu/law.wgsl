@@ -1,5 +1,5 @@
-// The clay law, as in the native engine: Hencky elasticity and von Mises return on E = b_e - I. Series for small strain,
-// eigenvalues beyond. Stress is scaled: tau 4 h^2 / (rho_s dx^2).
+// The clay law, as in the native engine: Hencky elasticity and von Mises return on E = b_e - I. Series for
+// small strain, eigenvalues beyond. Stress is scaled: tau 4 h^2 / (rho_s dx^2).
 
 struct Sym { d: vec3f, o: vec3f } // xx yy zz, xy xz yz
 struct Update { stress: Sym, strain: Sym, plastic: f32, clamped: bool }
@@ -163,8 +163,8 @@ fn stress(e: Sym) -> Sym {
     return stress_of(hencky(e));
 }
 
-// By how much flow shortens a Hencky deviator that is `excess` too long: root of (1 + hardening) g + viscous g^n = excess. Newton's method in z = g^n
-// falls to it from above, as on the native engine.
+// By how much flow shortens a Hencky deviator that is `excess` too long: root of (1 + hardening) g + viscous
+// g^n = excess. Newton's method in z = g^n falls to it from above, as on the native engine.
 fn shortening(excess: f32) -> f32 {
     let linear = 1.0 + params.hardening;
     if params.viscous == 0.0 { return excess / linear; }

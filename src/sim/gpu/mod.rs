@@ -1,21 +1,23 @@
-//! The GPU engine: wgpu compute passes over particles and 4^3 blocks of nodes, fixed-point node sums; the same bits in every run.
+//! The GPU engine: wgpu compute passes over particles and 4^3 blocks of nodes, fixed-point node sums; the
+//! same bits in every run.
 //!
-//! | file       | does                                                                       |
-//! |------------|----------------------------------------------------------------------------|
-//! | `encode`   | the order of the passes, once                                              |
-//! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts   |
-//! | `layout`   | the structs that host and device share, declared once                      |
-//! | `params`   | a submission's numbers; `tool`: its tools                                  |
-//! | `buffers`  | buffers, what is bound where, limits                                       |
-//! | `kernels`  | pipelines, each a `kernel`                                                                  |
-//! | `scales`   | fixed-point scales, how often particles are re-binned                      |
-//! | `solver`   | frames under way, redo, growth                                             |
-//! | `readback` | what comes back, without waiting; `stamps`: device times                   |
-//! | `report`   | sums -> a frame's report                                                   |
-//! | `device`   | a device without a window, limits, `CLAY_GPU`                              |
+//! | file       | does                                                                     |
+//! |------------|--------------------------------------------------------------------------|
+//! | `encode`   | the order of the passes, once                                            |
+//! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts |
+//! | `layout`   | the structs that host and device share, declared once                    |
+//! | `params`   | a submission's numbers; `tool`: its tools                                |
+//! | `buffers`  | buffers, what is bound where, limits                                     |
+//! | `kernels`  | pipelines, each a `kernel`                                               |
+//! | `scales`   | fixed-point scales, how often particles are re-binned                    |
+//! | `solver`   | frames under way, redo, growth                                           |
+//! | `readback` | what comes back, without waiting; `stamps`: device times                 |
+//! | `report`   | sums -> a frame's report                                                 |
+//! | `device`   | a device without a window, limits, `CLAY_GPU`                            |
 //!
-//! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on the device sets a bit in the
-//! status word, every later pass returns at once, and the host runs the frame again from records that nothing touched.
+//! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on
+//! the device sets a bit in the status word, every later pass returns at once, and the host runs the frame
+//! again from records that nothing touched.
 
 mod buffers;
 mod device;
@@ -94,7 +96,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl GpuLink {
-    /// Records the passes of a frame that waits, at most one submission's worth. Records nothing if there is none.
+    /// Records the passes of a frame that waits, at most one submission's worth. Records nothing if there is
+    /// none.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) -> bool {
         let mut guard = lock(&self.shared.solver);
         let Some(solver) = guard.as_mut() else { return false };
@@ -108,8 +111,9 @@ impl GpuLink {
         })
     }
 
-    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes each), and how many: as they were loaded, and from then on at the end of the
-    /// last frame that the device has run. Passes that are recorded after this engine's in a frame see what these make of them.
+    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes
+    /// each), and how many: as they were loaded, and from then on at the end of the last frame that the
+    /// device has run. Passes that are recorded after this engine's in a frame see what these make of them.
     pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {
         let guard = lock(&self.shared.solver);
         let buffers = guard.as_ref()?.buffers();
@@ -184,7 +188,8 @@ impl GpuEngine {
         }
     }
 
-    /// How often frames of this clay were run again, for whatever reason: room for blocks, headroom of fixed point, speed.
+    /// How often frames of this clay were run again, for whatever reason: room for blocks, headroom of fixed
+    /// point, speed.
     #[doc(hidden)]
     pub fn reruns(&self) -> u64 {
         lock(&self.link.shared.solver).as_ref().map_or(0, Solver::reruns)

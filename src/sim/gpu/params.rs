@@ -89,7 +89,7 @@ twins! {
         averaging_last: f32 = "f32",
         /// the substep of this submission, from 1, that it is in
         averaging_last_at: u32 = "u32",
-        /// velocity that the clay's shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
+        /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
         adhesion: f32 = "f32",
         /// which tools are blades that hold clay off, a bit each
         blades: u32 = "u32",
@@ -253,7 +253,8 @@ pub(super) fn bent_blades(tools: &[ToolPath]) -> impl Iterator<Item = (usize, Pr
     tools.iter().enumerate().filter_map(profile)
 }
 
-/// The cell that angular momentum is summed about on the device: sums of f32 keep more digits about the middle.
+/// The cell that angular momentum is summed about on the device: sums of f32 keep more digits about the
+/// middle.
 pub(super) fn centre(domain: &Domain) -> IVec3 {
     domain.grid_cells() / 2
 }

@@ -1,5 +1,6 @@
-// What every pass sees. Lengths in cells, times in substeps; masses in units of `Params` (near 1 for an eighth of a cell).
-// The constants above this text (WORKGROUP, CLASSES, ...) and the structs that the host shares (Params, Tool, ...) are generated from Rust.
+// What every pass sees. Lengths in cells, times in substeps; masses in units of `Params` (near 1 for an
+// eighth of a cell). The constants above this text (WORKGROUP, CLASSES, ...) and the structs that the host
+// shares (Params, Tool, ...) are generated from Rust.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read_write> status: Status;

@@ -42,7 +42,8 @@ twins! {
 }
 
 impl GpuTool {
-    /// The tool of `path` during the substep from `start` to `end` [s]; `profile` is the index of its profile, if it is a bent blade.
+    /// The tool of `path` during the substep from `start` to `end` [s]; `profile` is the index of its
+    /// profile, if it is a bent blade.
     #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
     pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64, profile: u32) -> Self {
         let in_cells = |p: Pose| Pose { position: domain.to_grid(p.position), ..p };
@@ -95,7 +96,8 @@ impl GpuTool {
     }
 }
 
-/// The motion of the strip that a wire leaves behind, where the wire stands along its Y, and the strip's half extents; those of a wire that leaves none hold nothing.
+/// The motion of the strip that a wire leaves behind, where the wire stands along its Y, and the strip's half
+/// extents; those of a wire that leaves none hold nothing.
 fn wire(half_length: f64, motion: Motion) -> (Motion, (f64, DVec3)) {
     let outline = Outline::Wire { half_length };
     let (strip, at) = Blade::new(outline, motion, 1.0).strip();

@@ -26,7 +26,8 @@ fn divides(t: Tool) -> bool {
     }
 }
 
-// Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have it.
+// Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have
+// it.
 fn cone(t: Tool, p: vec3f) -> vec4f {
     let q = vec2f(length(p.xz), p.y);
     var outward = vec3f(1.0, 0.0, 0.0);
@@ -120,7 +121,8 @@ fn contact(t: Tool, v: vec3f, q: vec3f, n: vec3f) -> vec3f {
     }
 }
 
-// Acceleration of a node before a plane by a traction t of the plane, over t / (rho_s dx): the spline at the plane over its part in the clay.
+// Acceleration of a node before a plane by a traction t of the plane, over t / (rho_s dx): the spline at the
+// plane over its part in the clay.
 fn traction_share(d: f32) -> f32 {
     let reach = BAND - abs(d);
     if reach <= 0.0 { return 0.0; }
@@ -129,7 +131,8 @@ fn traction_share(d: f32) -> f32 {
     return (0.75 - d * d) / (0.5 + 0.75 * d - d * d * d / 3.0);
 }
 
-// Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the clay along with at most its shear strength.
+// Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the
+// clay along with at most its shear strength.
 fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -> vec3f {
     let surface = velocity_at(t, q);
     let relative = v - surface;
@@ -143,7 +146,8 @@ fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -
     return after;
 }
 
-// Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about it.
+// Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about
+// it.
 fn is_near_block(t: Tool, block: vec3i) -> bool {
     let reach = 3.0 * sqrt(3.0) + BAND;
     let centre = block * 4;

@@ -1,5 +1,5 @@
-// Walls fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one invocation a node: a wall's
-// three nodes (outer, wall, inner) stand in one block.
+// Walls fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one
+// invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;
@@ -64,7 +64,8 @@ fn reaction(column_: Column, axis: u32) -> f32 {
     let outer = total_at(column_.outer, axis, column_.inward);
     let wall = total_at(column_.wall, axis, column_.inward);
     let inner = total_at(column_.inner, axis, column_.inward);
-    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
+    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
+    // touch yet.
     if outer.y <= WALL_TOUCH * (outer.y + wall.y + inner.y) { return 0.0; }
     let gravity = params.gravity[axis] * column_.inward;
     let mass = inner.y + outer.y;

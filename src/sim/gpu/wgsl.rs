@@ -1,4 +1,5 @@
-//! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
+//! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
+//! directives.
 
 use super::super::cut::{MEETING_SHARE, NORMAL_REGULARISATION, WELD_PARTS};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
@@ -18,8 +19,8 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Numbers that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 
-/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front, back), about two that cross, and about three
-/// (19) with some room.
+/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front,
+/// back), about two that cross, and about three (19) with some room.
 pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
 
 /// Texts shared by passes.
@@ -126,7 +127,8 @@ mod tests {
         (module, info)
     }
 
-    /// Every pass of both kinds is valid WGSL with one entry point of its own name, in the workgroup size dispatches count on.
+    /// Every pass of both kinds is valid WGSL with one entry point of its own name, in the workgroup size
+    /// dispatches count on.
     #[test]
     fn passes_are_valid() {
         for pass in PASSES {
@@ -207,7 +209,8 @@ mod tests {
         }
     }
 
-    /// What the device does by a tool's shape or contact it does for every shape and contact that there is: none falls to what was meant for another.
+    /// What the device does by a tool's shape or contact it does for every shape and contact that there is:
+    /// none falls to what was meant for another.
     #[test]
     fn every_shape_and_contact_has_a_case() {
         let (module, _) = validated("tags", &compose(Id::Tags.pass(), 3));

@@ -1,4 +1,5 @@
-//! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell (see the oracle's file of this name for why).
+//! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell (see the oracle's
+//! file of this name for why).
 //!
 //! The particles have just been sorted: those of a cell and class follow each other.
 
@@ -9,7 +10,8 @@ use super::passes::{ParticleStep, work};
 use super::state::{Cold, Hot, State, strains};
 use rayon::prelude::*;
 
-/// Takes `share` of the difference to the cell's mean ln J from every flowing particle; tools as they stand at the start of the substep of `s`.
+/// Takes `share` of the difference to the cell's mean ln J from every flowing particle; tools as they stand
+/// at the start of the substep of `s`.
 pub(super) fn average_volumes(s: &ParticleStep<'_>, state: &mut State, share: f64) {
     work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs).into_par_iter().for_each(|w| {
         let is_softened = s.softens(w.block);

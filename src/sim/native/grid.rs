@@ -1,6 +1,7 @@
 //! Node sums and grid update, block by block: tiles -> momentum and mass -> velocity.
 //!
-//! Blocks without walls, tools or cuts take the short way in f32; the others go through [`meeting`](super::meeting) in f64.
+//! Blocks without walls, tools or cuts take the short way in f32; the others go through
+//! [`meeting`](super::meeting) in f64.
 
 use super::super::coefficients::Coefficients;
 use super::super::cut::CutKey;
@@ -66,7 +67,8 @@ pub(super) struct Grid {
     found_for: FoundFor,
 }
 
-/// Where tagged clay was when the blocks that it reaches were found: sorts of the state at the scatter and now, classes of each block.
+/// Where tagged clay was when the blocks that it reaches were found: sorts of the state at the scatter and
+/// now, classes of each block.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct FoundFor {
     sorts: (u64, u64),
@@ -85,7 +87,8 @@ pub(super) struct CutBlock {
     pub ghosts: Vec<Ghosts>,
 }
 
-/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts are made of.
+/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts
+/// are made of.
 pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
 
 /// Constants of one substep's grid update.
@@ -95,7 +98,8 @@ pub(super) struct GridStep {
     pub gravity: DVec3,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
+    /// [cells/substep].
     pub adhesion: f64,
     /// Further inputs of validation cases; blocks take the long way where there are any.
     pub imposed: Option<Imposed>,
@@ -205,7 +209,8 @@ impl GridReport {
 }
 
 impl Grid {
-    /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and tools there are.
+    /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and
+    /// tools there are.
     pub(super) fn update(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> GridReport {
         self.find_cuts(state, tiles);
         self.nodes.resize(state.blocks.len(), [Node::default(); 64]);
@@ -344,7 +349,8 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
     }
 }
 
-/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node that this tile holds.
+/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node
+/// that this tile holds.
 #[inline(always)]
 pub(super) fn for_shared_nodes(offset: IVec3, mut each: impl FnMut(usize, usize)) {
     // From `low` to `high` of our coordinates, at `shift` in the tile's own.

@@ -1,10 +1,12 @@
 //! Particle kernels over one block: gather (`g2p`), clay law, scatter (`p2g`), fused or apart.
 //!
-//! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of its particles to another; both stay in
-//! the L1 cache. Eight particles at a time go through the law; gather and scatter go particle by particle with one register per node.
-//! Velocities are in cells per substep, masses in eighths of a full cell's.
+//! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of
+//! its particles to another; both stay in the L1 cache. Eight particles at a time go through the law; gather
+//! and scatter go particle by particle with one register per node. Velocities are in cells per substep,
+//! masses in eighths of a full cell's.
 //!
-//! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not inlined through library code.
+//! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not
+//! inlined through library code.
 
 use super::law;
 use super::simd::{F8, Node, V4};
@@ -124,8 +126,9 @@ fn stencil(cell: &[[i32; 3]; 8], x: &[F8; 3]) -> Stencil {
 /// The node `offset` entries after `first`.
 #[inline(always)]
 fn node(tile: &Tile, index: usize) -> &Node {
-    // SAFETY: cells lie 0 .. 4 in their block (sort) and offsets in [-0.5, 1.5) of the cell (clamped in `advance`; NaN compares to base 0), so the
-    // first node is -1 ..= 3 along each axis, the last 5: inside the tile.
+    // SAFETY: cells lie 0 .. 4 in their block (sort) and offsets in [-0.5, 1.5) of the cell (clamped in
+    // `advance`; NaN compares to base 0), so the first node is -1 ..= 3 along each axis, the last 5: inside
+    // the tile.
     unsafe { tile.0.get_unchecked(index) }
 }
 
@@ -178,7 +181,8 @@ fn gather<const FMA: bool>(s: &Stencil, count: usize, velocity: &Tile) -> [[Node
     got
 }
 
-/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis `c`.
+/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis
+/// `c`.
 #[inline(always)]
 fn scatter<const FMA: bool>(s: &Stencil, count: usize, v: &[F8; 3], a: &[[F8; 3]; 3], mass: F8, out: &mut Tile) {
     let (mut p, mut am) = (*v, *a);
@@ -408,10 +412,12 @@ macro_rules! dispatch {
     };
 }
 dispatch!(
-    /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles clamped.
+    /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles
+    /// clamped.
     g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, out: &mut Tile) -> u32);
 dispatch!(
-    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of particles clamped.
+    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of
+    /// particles clamped.
     g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);
 dispatch!(
     /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.

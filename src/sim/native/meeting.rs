@@ -1,4 +1,5 @@
-//! The grid update of a block where walls, tools or the two sides of a cut meet. In f64, one node after the other.
+//! The grid update of a block where walls, tools or the two sides of a cut meet. In f64, one node after the
+//! other.
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
@@ -52,7 +53,8 @@ impl Sum {
     }
 }
 
-/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from each node.
+/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from
+/// each node.
 struct Classes {
     /// Untagged clay first, then the tagged classes in order.
     keys: Vec<CutKey>,
@@ -86,14 +88,16 @@ impl Classes {
         classes
     }
 
-    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer node.
+    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer
+    /// node.
     fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
         let total = |k: usize| {
             let sum = self.folded.iter().fold(Sum::default(), |s, class| s.plus(class[k]));
             (sum.mass, sum.momentum[c.axis] * c.inward)
         };
         let ((m_outer, outer), (m_wall, wall), (m_inner, inner)) = (total(c.outer), total(c.wall), total(c.inner));
-        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
+        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
+        // touch yet.
         if m_outer <= WALL_TOUCH * (m_outer + m_wall + m_inner) {
             return 0.0;
         }
@@ -216,7 +220,8 @@ impl SheetMasses {
     }
 }
 
-/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses stay as they were summed.
+/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
+/// stay as they were summed.
 pub(super) fn update<'a>(
     nodes: &mut Nodes,
     cut: Option<&mut CutBlock>,
@@ -415,8 +420,8 @@ impl<'a> Block<'a> {
         self.velocity[a][k] -= impulse / m_a;
     }
 
-    /// Wall nodes stand still across the wall, outer nodes move as images, the last fold first; nodes of validation cases do as they are told. Books the
-    /// walls' impulse, and that of whatever drives nodes.
+    /// Wall nodes stand still across the wall, outer nodes move as images, the last fold first; nodes of
+    /// validation cases do as they are told. Books the walls' impulse, and that of whatever drives nodes.
     fn unfold(&mut self, block: IVec3, step: &GridStep) {
         let mut is_at_wall = [false; 64];
         for c in self.classes.folds.iter().rev() {

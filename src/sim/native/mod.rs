@@ -1,4 +1,5 @@
-//! The CPU engine: rayon over 4^3 blocks, eight lanes, AVX2 + FMA or SSE2 found at run time; the same bits at any number of threads.
+//! The CPU engine: rayon over 4^3 blocks, eight lanes, AVX2 + FMA or SSE2 found at run time; the same bits at
+//! any number of threads.
 //!
 //! | file       | does                                                                        |
 //! |------------|-----------------------------------------------------------------------------|

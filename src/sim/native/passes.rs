@@ -202,9 +202,8 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
     tasks.into_par_iter().map(|w| tag_block(s.tools, s, w.hot, w.cold, w.run)).collect()
 }
 
-/// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant `stored_at`, the others fused with
-/// their gather.
-/// Returns particles clamped.
+/// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant
+/// `stored_at`, the others fused with their gather. Returns particles clamped.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
     state: &mut State,

@@ -121,8 +121,8 @@ impl Solver {
         self.start.clone()
     }
 
-    /// Runs a frame; redone with half the step where that can help, given up with the clay as it was where not.
-    /// Returns nothing if `stop` was set.
+    /// Runs a frame; redone with half the step where that can help, given up with the clay as it was where
+    /// not. Returns nothing if `stop` was set.
     pub(super) fn run(&mut self, plan: &FramePlan, stop: &AtomicBool) -> Option<FrameReport> {
         let began = Instant::now();
         let mut health = Health::OK;
@@ -199,7 +199,8 @@ impl Solver {
         Ok(tally)
     }
 
-    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags and scatter.
+    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags
+    /// and scatter.
     fn begin(&mut self, s: &ParticleStep<'_>, share: f64, tally: &mut Tally) {
         if share > 0.0 {
             self.sort(tally);
@@ -240,8 +241,8 @@ impl Solver {
         Ok(report)
     }
 
-    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles take sides in between. Not
-    /// fused at all where volumes are averaged in between, by `share`.
+    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles
+    /// take sides in between. Not fused at all where volumes are averaged in between, by `share`.
     fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], share: f64, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;

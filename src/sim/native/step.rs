@@ -48,7 +48,8 @@ impl Step {
     /// The coefficients as the kernels take them.
     #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
     pub(super) fn new(coefficients: &Coefficients, fma: bool) -> Self {
-        // All by name: a number that this engine does not know fails to compile. Eq. 5 is taken from the material, in f64 (`passes`).
+        // All by name: a number that this engine does not know fails to compile. Eq. 5 is taken from the
+        // material, in f64 (`passes`).
         let LawCoefficients {
             stress_scale,
             mu2,

@@ -12,7 +12,8 @@ use super::step::Step;
 use glam::{DMat3, DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have grown together and are gone.
+/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have
+/// grown together and are gone.
 pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, rule: WeldRule) -> u64 {
     let table = state.table.clone();
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);

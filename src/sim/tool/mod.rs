@@ -27,7 +27,8 @@ pub const CUT_FRICTION: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Contact {
-    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be needed to take it along.
+    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be
+    /// needed to take it along.
     Stick,
     /// The clay slides along the tool without friction and cannot leave it.
     Slip,

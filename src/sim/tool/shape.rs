@@ -7,9 +7,10 @@ use super::profile::Profile;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take part in the contact, so that the
-/// clay's outer face rests on the drawn surface. With 0 the face ends 0.26 (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held
-/// off by 1.0 to 1.2; `validate physics` measures it again (cases `tool offset`).
+/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take
+/// part in the contact, so that the clay's outer face rests on the drawn surface. With 0 the face ends 0.26
+/// (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held off by 1.0 to 1.2; `validate physics`
+/// measures it again (cases `tool offset`).
 pub const CONTACT_OFFSET: f64 = 0.4;
 
 /// A tool's shape in its own frame, in metres.
@@ -41,21 +42,24 @@ pub enum ToolShape {
         /// Half the extent along local Y [m].
         half_height: f64,
     },
-    /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice `half_width` at +`half_height`; its front along +Z.
+    /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice
+    /// `half_width` at +`half_height`; its front along +Z.
     PointedBlade {
         /// Half the base along local X [m].
         half_width: f64,
         /// Half the way from the tip to the base along local Y [m].
         half_height: f64,
     },
-    /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops, corrugated cutters.
+    /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops,
+    /// corrugated cutters.
     BentBlade {
         /// The bend.
         profile: Profile,
         /// Half the extent along local Y [m].
         half_height: f64,
     },
-    /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The front of its cut is where local Z points.
+    /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The
+    /// front of its cut is where local Z points.
     Wire {
         /// Half its length [m].
         half_length: f64,
@@ -108,7 +112,8 @@ impl ToolShape {
         }
     }
 
-    /// Outward unit normal of a solid shape at `local`: the gradient of [`Self::distance`]. Where that is not defined (the centre) it is +Y.
+    /// Outward unit normal of a solid shape at `local`: the gradient of [`Self::distance`]. Where that is not
+    /// defined (the centre) it is +Y.
     pub fn normal(&self, local: DVec3) -> DVec3 {
         let gradient = match *self {
             Self::Sphere { .. } => local,
@@ -225,8 +230,8 @@ fn triangle_distance(corners: [DVec2; 3], q: DVec2) -> f64 {
     edges().map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local` and the axis the cone is a triangle: the slant
-/// from the tip to the rim, and the flat end.
+/// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local`
+/// and the axis the cone is a triangle: the slant from the tip to the rim, and the flat end.
 fn cone(radius: f64, half_height: f64, local: DVec3) -> (f64, DVec3) {
     let q = DVec2::new(local.x.hypot(local.z), local.y);
     // On the axis the slant's normal has no direction of its own.

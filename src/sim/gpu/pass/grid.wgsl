@@ -1,5 +1,5 @@
-// Momentum -> velocity: fold, sides, gravity, blades and cuts, solid tools, walls, in the order of the substep's definition.
-// One workgroup a block, one invocation a node.
+// Momentum -> velocity: fold, sides, gravity, blades and cuts, solid tools, walls, in the order of the
+// substep's definition. One workgroup a block, one invocation a node.
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
 @group(0) @binding(17) var<storage, read_write> impulses: array<vec4f>; // sums of a frame, by slot: walls, damping, 2 for each tool

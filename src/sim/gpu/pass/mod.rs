@@ -2,7 +2,8 @@
 
 use super::wgsl::part::{CONTACT, CUTS, CUTS_WRITTEN, LAW, STATE, TABLE, TOOL, TOUCH, WALLS, YIELD};
 
-/// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
+/// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
+/// own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
     pub name: &'static str,

@@ -1,4 +1,5 @@
-// Sums over the particles, one partial sum a workgroup; the host adds them up in f64. In masses, cells and substeps.
+// Sums over the particles, one partial sum a workgroup; the host adds them up in f64. In masses, cells and
+// substeps.
 
 @group(0) @binding(18) var<storage, read_write> totals: array<Total>;
 

@@ -25,7 +25,8 @@ impl Column {
         v
     }
 
-    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a separating wall, none into it.
+    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a
+    /// separating wall, none into it.
     pub(super) fn clamp(&self, mut v: DVec3) -> DVec3 {
         if self.kind == Wall::Stick {
             return DVec3::ZERO;
