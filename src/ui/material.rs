@@ -284,7 +284,7 @@ mod tests {
             let mut law = m.law;
             for (name, number) in law.numbers_mut() {
                 let (_, row) = LAW_ROWS.iter().find(|row| row.0 == name).expect("a row of every number");
-                values.push((row, *number));
+                values.push((*row, *number));
             }
             for (row, value) in values {
                 assert!(row.range.contains(&(value / row.unit)), "{}: {}", preset.name(), row.name);

@@ -100,6 +100,20 @@ impl Tally {
     }
 }
 
+/// What came of a frame.
+struct Outcome {
+    tally: Tally,
+    sums: ParticleSums,
+    health: Health,
+    /// Halvings of the step.
+    redone: u32,
+    /// Substep used [s].
+    dt: f64,
+    /// Substeps run.
+    steps: u32,
+    began: Instant,
+}
+
 /// Why an attempt at a frame ended early.
 enum Failure {
     Health(Health),
@@ -132,7 +146,7 @@ impl Solver {
                 Ok(tally) => {
                     let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
                     if sums.is_finite() {
-                        return Some(self.report(plan, &tally, sums, health, redone, dt, steps, began));
+                        return Some(self.report(plan, Outcome { tally, sums, health, redone, dt, steps, began }));
                     }
                     health.insert(Health::NON_FINITE);
                     self.restore();
@@ -145,13 +159,20 @@ impl Solver {
             }
         }
         health.insert(Health::GIVEN_UP);
-        let sums = self.sums.clone();
-        Some(self.report(plan, &Tally::default(), sums, health, REDO_MAX, plan.dt, 0, began))
+        let outcome = Outcome { health, redone: REDO_MAX, ..self.nothing(plan, began) };
+        Some(self.report(plan, outcome))
     }
 
     /// Gives a frame up without trying.
     pub(super) fn give_up(&mut self, plan: &FramePlan) -> FrameReport {
-        self.report(plan, &Tally::default(), self.sums.clone(), Health::GIVEN_UP, 0, plan.dt, 0, Instant::now())
+        let outcome = Outcome { health: Health::GIVEN_UP, ..self.nothing(plan, Instant::now()) };
+        self.report(plan, outcome)
+    }
+
+    /// What comes of no substep.
+    fn nothing(&self, plan: &FramePlan, began: Instant) -> Outcome {
+        let (tally, sums) = (Tally::default(), self.sums.clone());
+        Outcome { tally, sums, health: Health::OK, redone: 0, dt: plan.dt, steps: 0, began }
     }
 
     /// The substep loop.
@@ -319,18 +340,8 @@ impl Solver {
     }
 
     /// Ends the frame: statistics, the published state, the report.
-    #[expect(clippy::too_many_arguments, reason = "called from one place, with all a frame's results")]
-    fn report(
-        &mut self,
-        plan: &FramePlan,
-        tally: &Tally,
-        sums: ParticleSums,
-        health: Health,
-        redone: u32,
-        dt: f64,
-        steps: u32,
-        began: Instant,
-    ) -> FrameReport {
+    fn report(&mut self, plan: &FramePlan, outcome: Outcome) -> FrameReport {
+        let Outcome { tally, sums, health, redone, dt, steps, began } = outcome;
         let ended = Instant::now();
         self.time += dt * f64::from(steps);
         let before = std::mem::replace(&mut self.sums, sums);
@@ -356,7 +367,7 @@ impl Solver {
         report.clamped = tally.clamped;
         report.welded = tally.welded;
         report.sheets = self.state.sheets();
-        report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
+        report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
         report.health = health;
         judge(&mut report, &self.quarantined);
         report.timings = tally.timings;
