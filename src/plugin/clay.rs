@@ -1,7 +1,7 @@
 //! What an app gives and gets: the clay, its settings, its status.
 
 use super::engine::{ClayEngine, EngineStart};
-use super::show::{ClaySurface, Extraction};
+use super::show::{ClaySurface, Extracting};
 use crate::sim::frame::FrameReport;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{Domain, WALL_NODE, Walls};
@@ -28,7 +28,7 @@ impl Component for ClayMaterial {
 /// The default is a cube of 4 cm of soft clay with cells of 2 mm, standing on a floor.
 #[derive(Component, Clone, Debug, Reflect)]
 #[reflect(Component, Default)]
-#[require(ClaySettings, ClayStatus, EngineStart, Extraction, Transform, Visibility)]
+#[require(ClaySettings, ClayStatus, EngineStart, Extracting, Transform, Visibility)]
 #[component(on_insert = insert_material, on_remove = remove_engine)]
 pub struct Clay {
     #[reflect(ignore, default = "cube")]
@@ -93,7 +93,7 @@ fn insert_material(mut world: DeferredWorld, context: HookContext) {
 
 /// Ends what runs for a [`Clay`] that goes.
 fn remove_engine(mut world: DeferredWorld, context: HookContext) {
-    world.commands().entity(context.entity).try_remove::<(ClayEngine, EngineStart, Extraction, ClaySurface)>();
+    world.commands().entity(context.entity).try_remove::<(ClayEngine, EngineStart, Extracting, ClaySurface)>();
 }
 
 /// Which engine runs the clay.

@@ -116,7 +116,7 @@ struct State {
 
 /// The surface on its way, if there is one.
 #[derive(Component, Default)]
-pub(super) struct Extraction {
+pub(super) struct Extracting {
     under_way: Option<(State, Task<Extracted>)>,
 }
 
@@ -193,7 +193,7 @@ type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3
 
 /// Swaps in the surfaces that are ready; drops those of a clay that has been replaced since.
 pub(super) fn swap(
-    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, &mut Extraction, Shown), With<Clay>>,
+    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, &mut Extracting, Shown), With<Clay>>,
     mut meshes: Option<ResMut<Assets<Mesh>>>,
     mut materials: Option<ResMut<Assets<StandardMaterial>>>,
     mut commands: Commands,
@@ -243,7 +243,7 @@ pub(super) fn swap(
 }
 
 /// What is shown, and on its way.
-type Showing<'a> = (&'a mut Extraction, Option<&'a ClaySurface>, Has<Drawn>);
+type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<Drawn>);
 
 /// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for nothing.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]

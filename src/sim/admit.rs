@@ -3,7 +3,8 @@
 use super::params::{BLOCK, CELLS_MAX, PADDING, ParamsError};
 use super::snapshot::{Particle, Snapshot};
 
-/// Checks what a snapshot's numbers have to be for the engine's indices to hold; returns the particles in motion and the ids of those not finite.
+/// Checks what a snapshot's numbers have to be for the engine's indices to hold; returns the particles in
+/// motion and the ids of those not finite.
 pub(super) fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), ParamsError> {
     snapshot.material.validate()?;
     let d = &snapshot.domain;

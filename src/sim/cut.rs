@@ -1,14 +1,16 @@
 //! Cuts as particles carry them: the side of each cut that a particle stands at, and what follows from it.
 //!
-//! A particle has room for two cuts. Particles with the same sides of the same cuts, a [`CutKey`], move together everywhere; two particles are
-//! *compatible* (delta of Eq. 2-3) unless they are on opposite sides of the same cut.
+//! A particle has room for two cuts. Particles with the same sides of the same cuts, a [`CutKey`], move
+//! together everywhere; two particles are *compatible* (delta of Eq. 2-3) unless they are on opposite sides
+//! of the same cut.
 
 use super::frame::FramePlan;
 use super::snapshot::Tag;
 use glam::{DMat3, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 
-/// Which sides of which cuts a particle is on, and nothing else: by sheet, the higher first, so that equal sides make equal keys.
+/// Which sides of which cuts a particle is on, and nothing else: by sheet, the higher first, so that equal
+/// sides make equal keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CutKey([(u8, i8); 2]);
 
@@ -82,8 +84,9 @@ pub(crate) struct WeldRule {
 }
 
 impl WeldRule {
-    /// The rule of a plan whose frame starts at the clay's time `start` [s]; none if nothing grows together. The step is the number of whole parts of the time that pass in
-    /// the frame, which may be none, so that growing together takes as long whatever the frames' length.
+    /// The rule of a plan whose frame starts at the clay's time `start` [s]; none if nothing grows together.
+    /// The step is the number of whole parts of the time that pass in the frame, which may be none, so that
+    /// growing together takes as long whatever the frames' length.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of a tag's count")]
     pub(crate) fn of(plan: &FramePlan, start: f64) -> Option<Self> {
         let (stress, time) = plan.material.weld.rule().filter(|_| plan.cutting.keeps_cuts())?;
@@ -98,8 +101,8 @@ impl WeldRule {
         plan.tools.iter().any(|path| path.tool.shape.is_blade() && path.sheet_id() == sheet)
     }
 
-    /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns whether they have grown together: then the tag
-    /// is gone.
+    /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns
+    /// whether they have grown together: then the tag is gone.
     pub(crate) fn count(self, tag: &mut Tag, is_pressed: bool) -> bool {
         let count = tag.side.unsigned_abs().saturating_add(self.step);
         let is_welded = is_pressed && f64::from(count) > WELD_PARTS;
@@ -112,15 +115,18 @@ impl WeldRule {
     }
 }
 
-/// Least share [-] of the clay on one side of a cut in the tagged clay about a particle for which the two sides meet there.
+/// Least share [-] of the clay on one side of a cut in the tagged clay about a particle for which the two
+/// sides meet there.
 pub(crate) const MEETING_SHARE: f64 = 1e-3;
 
-/// Unit normal of a cut at a node, from back to front: the slope of the front's share `s = m_F / (m_F + m_B)` of the tagged mass, fitted to the 27 nodes about it, each
-/// by the weight `k m_F m_B / (m_F + m_B)`, k = 1/2 for every axis along which it is off. `nodes` gives each one's offset [cells] and both masses. None where
+/// Unit normal of a cut at a node, from back to front: the slope of the front's share `s = m_F / (m_F + m_B)`
+/// of the tagged mass, fitted to the 27 nodes about it, each by the weight `k m_F m_B / (m_F + m_B)`, k = 1/2
+/// for every axis along which it is off. `nodes` gives each one's offset [cells] and both masses. None where
 /// the share is the same everywhere.
 ///
-/// Central differences of the share, which is no linear function of the distance, turn the normal of a plane at 10 degrees to the grid by 2.2 degrees on
-/// average, up to 4.7; the fit by 0.4, up to 1.6. Friction follows: by 0.04 for every 2.2 degrees.
+/// Central differences of the share, which is no linear function of the distance, turn the normal of a plane
+/// at 10 degrees to the grid by 2.2 degrees on average, up to 4.7; the fit by 0.4, up to 1.6. Friction
+/// follows: by 0.04 for every 2.2 degrees.
 pub(crate) fn fitted_normal(nodes: impl Iterator<Item = (IVec3, f64, f64)>) -> Option<DVec3> {
     let (mut weight, mut share_sum, mut offset_sum, mut slope_sum, mut moment) =
         (0.0, 0.0, DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
@@ -153,7 +159,8 @@ pub(crate) fn place(tags: &[Tag; 2], sheet: u8) -> Option<usize> {
     tags.iter().position(|t| t.sheet == sheet && t.side != 0)
 }
 
-/// Gives the tags a side of `sheet`. A new sheet comes first and moves the others back; returns whether an older one is given up for it.
+/// Gives the tags a side of `sheet`. A new sheet comes first and moves the others back; returns whether an
+/// older one is given up for it.
 pub(crate) fn take(tags: &mut [Tag; 2], sheet: u8, side: i8) -> bool {
     if let Some(at) = place(tags, sheet) {
         tags[at].side = side;
@@ -187,7 +194,8 @@ mod tests {
         assert!(CutKey::of([Tag::default(); 2]).is_untagged() && !key.is_untagged());
     }
 
-    /// A hundred parts of pressing, not one of them missing, make whole clay; the count starts anew where the sides part.
+    /// A hundred parts of pressing, not one of them missing, make whole clay; the count starts anew where the
+    /// sides part.
     #[test]
     fn sides_grow_together_while_pressed() {
         let rule = WeldRule { stress: 1.0, step: 30 };
@@ -200,7 +208,8 @@ mod tests {
         assert!(WeldRule { stress: 1.0, step: 100 }.count(&mut tag(5, 1), true), "at once");
     }
 
-    /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it begins; and not half as long.
+    /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it
+    /// begins; and not half as long.
     #[test]
     fn frames_of_any_length_weld_in_the_same_time() {
         let weld = Weld::Pressed;
@@ -219,7 +228,8 @@ mod tests {
         }
     }
 
-    /// Shares that grow along a direction, as those of a plane do, have that normal; one node alone, or shares all alike, have none.
+    /// Shares that grow along a direction, as those of a plane do, have that normal; one node alone, or
+    /// shares all alike, have none.
     #[test]
     fn normal_is_that_of_the_share() {
         let offsets = || (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
@@ -242,7 +252,8 @@ mod tests {
         assert_eq!(set.iter().collect::<Vec<_>>(), [1, 64, 255]);
     }
 
-    /// Two cuts find room, a third takes the place of the older one, and a sheet that is there already changes its side where it stands.
+    /// Two cuts find room, a third takes the place of the older one, and a sheet that is there already
+    /// changes its side where it stands.
     #[test]
     fn newest_sheets_are_kept() {
         let mut tags = [Tag::default(); 2];

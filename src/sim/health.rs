@@ -9,7 +9,8 @@ pub struct Health(u32);
 impl Health {
     /// Nothing to report.
     pub const OK: Self = Self(0);
-    /// A node moved further than a particle's margin in one substep; the frame was redone with half the time step.
+    /// A node moved further than a particle's margin in one substep; the frame was redone with half the time
+    /// step.
     pub const SPEED: Self = Self(1);
     /// A value that is not finite appeared; the frame was redone with half the time step.
     pub const NON_FINITE: Self = Self(1 << 1);
@@ -21,11 +22,11 @@ impl Health {
     pub const QUARANTINED: Self = Self(1 << 4);
     /// The grid mass differs from the particle mass: a particle lies outside the room.
     pub const MASS_LOST: Self = Self(1 << 5);
-    /// More cuts met in one place than the engine tells apart, or there are more in the clay than there are sheets: where they meet, the clay of some of them moves as if it
-    /// was not cut.
+    /// More cuts met in one place than the engine tells apart, or there are more in the clay than there are
+    /// sheets: where they meet, the clay of some of them moves as if it was not cut.
     pub const CROWDED: Self = Self(1 << 6);
-    /// The clay asked for more room, or for a greater range of sums, than the graphics device gave it however often it asked; the frame was redone with half the
-    /// time step.
+    /// The clay asked for more room, or for a greater range of sums, than the graphics device gave it however
+    /// often it asked; the frame was redone with half the time step.
     pub const CAPACITY: Self = Self(1 << 7);
 
     /// Whether all bits of `other` are set.

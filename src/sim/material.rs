@@ -1,7 +1,14 @@
-//! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and soften.
+//! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and
+//! soften.
 
 use super::params::ParamsError;
+use super::variants::variants;
 use serde::{Deserialize, Serialize};
+
+/// Distance from a tool [cells] within which Eq. 5 takes clay for near.
+pub const SOFTENING_REACH: f64 = 3.0;
+/// The softening length tau of Eq. 5 where none is given [cells]: the paper names none.
+pub const SOFTENING_LENGTH: f64 = 3.0;
 
 /// The material parameters of clay. All SI.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,13 +25,14 @@ pub struct ClayMaterial {
     /// Softening s [-] in [0, 1): yield stress near the tool is sY (1 - s). 0 is uniform clay.
     #[serde(default)]
     pub softening: f64,
-    /// Softening length tau [m] of Eq. 5; 0 stands for 3 cells.
+    /// Softening length tau [m] of Eq. 5; 0 stands for [`SOFTENING_LENGTH`].
     #[serde(default)]
     pub softening_length: f64,
     /// Hardening modulus H [Pa]: what the yield stress gains per plastic strain.
     #[serde(default)]
     pub hardening_modulus: f64,
-    /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is `sY + H a + eta (da/dt)^n`. 0 is rate-independent clay.
+    /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is
+    /// `sY + H a + eta (da/dt)^n`. 0 is rate-independent clay.
     #[serde(default)]
     pub viscosity: f64,
     /// Flow index n [-] in (0, 1]; 1 is linear viscosity.
@@ -50,10 +58,12 @@ pub enum Weld {
     Off,
 }
 
-impl Weld {
+variants! {
     /// Every rule.
-    pub const ALL: [Self; 3] = [Self::Pressed, Self::Sticky, Self::Off];
+    Weld: Pressed, Sticky, Off
+}
 
+impl Weld {
     /// The compressive stress across the cut [k] and the time [s] that it takes.
     pub(crate) fn rule(self) -> Option<(f64, f64)> {
         match self {
@@ -68,11 +78,13 @@ impl Weld {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum ClayLaw {
-    /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the tool.
+    /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the
+    /// tool.
     #[default]
     Softened,
-    /// The same, and worked clay softens and stiffens again as it rests (thixotropy): the yield stress is also multiplied by `1 - loss D`, where the
-    /// working D [-] follows `dD/dt = rate (1 - D) da/dt - D / rest_time` with the plastic strain a.
+    /// The same, and worked clay softens and stiffens again as it rests (thixotropy): the yield stress is
+    /// also multiplied by `1 - loss D`, where the working D [-] follows
+    /// `dD/dt = rate (1 - D) da/dt - D / rest_time` with the plastic strain a.
     Worked {
         /// Share of the yield stress that fully worked clay loses [-], in [0, 1).
         loss: f64,
@@ -81,17 +93,44 @@ pub enum ClayLaw {
         /// Time in which rest brings back all but 1/e of what was lost [s]; infinite for never.
         rest_time: f64,
     },
-    /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy is created: kept for
-    /// reproduction, on the native engine and the oracle only. **Unstable.**
+    /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy
+    /// is created: kept for reproduction, on the native engine and the oracle only. **Unstable.**
     AsPublished,
-    /// The same with the usual default distance 0 where no tool is within 3 cells, which Eq. 5's second branch takes to a zeta above 1. **Unstable.**
+    /// The same with the usual default distance 0 where no tool is within 3 cells, which Eq. 5's second
+    /// branch takes to a zeta above 1. **Unstable.**
     AsPublishedDefaultD,
 }
 
+variants! {
+    /// Every law, with the numbers of plasticine where it has any.
+    ClayLaw: Softened, Worked { loss: 0.3, rate: 2.0, rest_time: 600.0 }, AsPublished, AsPublishedDefaultD
+}
+
 impl ClayLaw {
+    /// What to call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Softened => "softens near tools",
+            Self::Worked { .. } => "softens when worked",
+            Self::AsPublished => "Eq. 4-5 (unstable, for comparison)",
+            Self::AsPublishedDefaultD => "Eq. 4-5, d = 0 (unstable, for comparison)",
+        }
+    }
+
+    /// Its numbers by their names in files.
+    pub fn numbers_mut(&mut self) -> Vec<(&'static str, &mut f64)> {
+        match self {
+            Self::Softened | Self::AsPublished | Self::AsPublishedDefaultD => vec![],
+            Self::Worked { loss, rate, rest_time } => vec![("loss", loss), ("rate", rate), ("rest_time", rest_time)],
+        }
+    }
+
     /// Whether the law is Eq. 4-5 to the letter, in either reading.
     pub fn is_as_published(self) -> bool {
-        matches!(self, Self::AsPublished | Self::AsPublishedDefaultD)
+        match self {
+            Self::Softened | Self::Worked { .. } => false,
+            Self::AsPublished | Self::AsPublishedDefaultD => true,
+        }
     }
 }
 
@@ -99,8 +138,9 @@ fn one() -> f64 {
     1.0
 }
 
-/// Named clays. But for the two taken from elsewhere, Young's modulus is 55 times the yield stress: a stiffer clay costs substeps and adds under 10 % to
-/// shallow forces (slip-line indentation, rigidity index 33 against 100). What each number rests on: docs/EVIDENCE.md.
+/// Named clays. But for the two taken from elsewhere, Young's modulus is 55 times the yield stress: a stiffer
+/// clay costs substeps and adds under 10 % to shallow forces (slip-line indentation, rigidity index 33
+/// against 100). What each number rests on: docs/EVIDENCE.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Preset {
     /// 8 kPa yield: worked pottery clay.
@@ -113,7 +153,8 @@ pub enum Preset {
     Wax,
     /// 2 kPa yield and viscous (Bingham): silicone putty, which gives way slowly.
     Putty,
-    /// Young's modulus and Poisson's ratio of Yu et al.; the paper has neither yield stress nor density, and these, like the law, are of this crate.
+    /// Young's modulus and Poisson's ratio of Yu et al.; the paper has neither yield stress nor density, and
+    /// these, like the law, are of this crate.
     Paper,
     /// The default clay of VR-Doh (Luo et al. 2025), under the law of this crate.
     VrDoh,
@@ -210,24 +251,27 @@ impl ClayMaterial {
         self.yield_stress / 3f64.sqrt()
     }
 
-    /// Largest stable time step [s] of an isolated particle, the stiffest case of explicit MLS-MPM with quadratic splines:
-    /// `dx sqrt(rho / (3 K))`. From `C' = C - 4 dt tau / (rho dx^2)`; a test bisects for it.
+    /// Largest stable time step [s] of an isolated particle, the stiffest case of explicit MLS-MPM with
+    /// quadratic splines: `dx sqrt(rho / (3 K))`. From `C' = C - 4 dt tau / (rho dx^2)`; a test bisects for
+    /// it.
     pub fn time_step_limit(&self, cell_width: f64, density: f64) -> f64 {
         cell_width * (density / (3.0 * self.bulk_modulus())).sqrt()
     }
 
-    /// Softening length tau [m] with 0 read as 3 cells.
+    /// Softening length tau [m] with 0 read as [`SOFTENING_LENGTH`].
     pub fn softening_length_or_default(&self, cell_width: f64) -> f64 {
-        if self.softening_length > 0.0 { self.softening_length } else { 3.0 * cell_width }
+        if self.softening_length > 0.0 { self.softening_length } else { SOFTENING_LENGTH * cell_width }
     }
 
-    /// zeta [-] of Eq. 5 at `distance` [m] from the nearest tool, read so that 0 <= |d| <= 3 dx is near.
+    /// zeta [-] of Eq. 5 at `distance` [m] from the nearest tool, read so that clay within
+    /// [`SOFTENING_REACH`] is near, d = 0 too.
     pub fn softening_zeta(&self, distance: f64, cell_width: f64) -> f64 {
-        let beyond = distance.abs() - 3.0 * cell_width;
+        let beyond = distance.abs() - SOFTENING_REACH * cell_width;
         if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
     }
 
-    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite under the laws as published.
+    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite
+    /// under the laws as published.
     pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
         if self.law.is_as_published() {
             return f64::INFINITY;
@@ -235,17 +279,33 @@ impl ClayMaterial {
         self.yield_stress * (1.0 - self.softening * self.softening_zeta(distance, cell_width))
     }
 
-    /// Share of its yield stress [-] that clay of `structure` (the working D) has left: `1 - loss D`.
-    pub fn worked_factor(&self, structure: f64) -> f64 {
+    /// Present yield stress [Pa] at `distance` [m] from the nearest tool of clay that was worked to D =
+    /// `structure` [-] and has the plastic strain `hardening` [-]:
+    /// `sY (1 - s zeta) (1 - loss D) + H hardening`.
+    pub fn flow_stress_at(&self, distance: f64, cell_width: f64, structure: f64, hardening: f64) -> f64 {
+        let lost = match self.law {
+            ClayLaw::Worked { loss, .. } => loss * structure,
+            ClayLaw::Softened | ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD => 0.0,
+        };
+        self.yield_stress_at(distance, cell_width) * (1.0 - lost) + self.hardening_modulus * hardening
+    }
+
+    /// The working D [-] after a substep of `dt` [s] with `plastic_strain` [-], from `structure` [-] before:
+    /// exact for a constant rate in turn with rest, `1 - D *= exp(-rate a)`, then
+    /// `D *= exp(-dt / rest_time)`. Clay of other laws keeps what it has.
+    pub fn structure_after(&self, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
         match self.law {
-            ClayLaw::Worked { loss, .. } => 1.0 - loss * structure,
-            _ => 1.0,
+            ClayLaw::Worked { rate, rest_time, .. } => {
+                (1.0 - (1.0 - structure) * (-rate * plastic_strain).exp()) * (-dt / rest_time).exp()
+            }
+            ClayLaw::Softened | ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD => structure,
         }
     }
 
-    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as published, where it is zeta of Eq. 5 to the letter.
+    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as
+    /// published, where it is zeta of Eq. 5 to the letter.
     pub fn stress_factor_at(&self, distance: f64, cell_width: f64) -> f64 {
-        let (reach, length) = (3.0 * cell_width, self.softening_length_or_default(cell_width));
+        let (reach, length) = (SOFTENING_REACH * cell_width, self.softening_length_or_default(cell_width));
         match self.law {
             ClayLaw::Softened | ClayLaw::Worked { .. } => 1.0,
             // The branch for near clay excludes d = 0.
@@ -301,16 +361,16 @@ impl ClayMaterial {
         if !(0.05..=1.0).contains(&self.flow_index) {
             return Err(ParamsError::new("flow_index", self.flow_index, "must lie in [0.05, 1]"));
         }
-        if let ClayLaw::Worked { loss, rate, rest_time } = self.law {
-            if !(0.0..1.0).contains(&loss) {
-                return Err(ParamsError::new("loss", loss, "must lie in [0, 1)"));
+        match self.law {
+            ClayLaw::Softened | ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD => Ok(()),
+            ClayLaw::Worked { loss, .. } if !(0.0..1.0).contains(&loss) => {
+                Err(ParamsError::new("loss", loss, "must lie in [0, 1)"))
             }
-            not_negative("rate", rate)?;
-            if rest_time.is_nan() || rest_time <= 0.0 {
-                return Err(ParamsError::new("rest_time", rest_time, "must be a positive time in seconds, or inf"));
+            ClayLaw::Worked { rest_time, .. } if rest_time.is_nan() || rest_time <= 0.0 => {
+                Err(ParamsError::new("rest_time", rest_time, "must be a positive time in seconds, or inf"))
             }
+            ClayLaw::Worked { rate, .. } => not_negative("rate", rate),
         }
-        Ok(())
     }
 }
 
@@ -318,8 +378,9 @@ impl ClayMaterial {
 mod tests {
     use super::*;
 
-    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay at the tool is near. With the distance
-    /// that far particles hold by default, far clay is stiffer than near clay.
+    /// Eq. 5 to the letter excludes d = 0 from its near branch and takes it to a zeta above 1; as meant, clay
+    /// at the tool is near. With the distance that far particles hold by default, far clay is stiffer than
+    /// near clay.
     #[test]
     fn zeta_to_the_letter_and_as_meant() {
         let clay = |law| ClayMaterial { law, softening: 0.5, softening_length: 0.3, ..ClayMaterial::default() };

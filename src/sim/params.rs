@@ -1,35 +1,45 @@
 //! Where the clay lives: the cell grid and its walls.
 //!
-//! Grid coordinates count cells: node `i` stands at `i`, cell `i` reaches from `i` to `i + 1`, world = `origin + cell_width * grid`.
-//! Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end, so that its ghost nodes share a 4^3 block with it.
+//! Grid coordinates count cells: node `i` stands at `i`, cell `i` reaches from `i` to `i + 1`, world =
+//! `origin + cell_width * grid`. Each wall stands on a plane of nodes, [`WALL_NODE`] nodes from the low end,
+//! so that the nodes beyond it share a 4^3 block with it.
 
+use super::variants::variants;
 use glam::{DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 
 /// Cells along one edge of a block, the unit of storage and of scheduling.
 pub const BLOCK: i32 = 4;
-/// Node index of the low walls: one block of padding, then local index 1, so that nodes `w - 1, w, w + 1` share a block.
+/// Node index of the low walls: one block of padding, then local index 1, so that nodes `w - 1, w, w + 1`
+/// share a block.
 pub const WALL_NODE: i32 = BLOCK + 1;
 /// Cells the grid has beyond the clay's room: `WALL_NODE` below and the rest of two blocks above.
 pub const PADDING: i32 = 3 * BLOCK;
 /// The largest grid edge [cells]; the block table of a 1024^3 grid takes 64 MiB.
 pub const CELLS_MAX: i32 = 1024;
 
-/// Least share of a column's mass at its ghost node [-] for a separating wall to touch the clay. Not 0: sums of fixed point lose what is less than
-/// 1e-7, and engines would not agree on the substep in which a wall begins to push.
+/// Least share of a column's mass at its outer node [-] for a separating wall to touch the clay. Not 0: sums
+/// of fixed point lose what is less than 1e-7, and engines would not agree on the substep in which a wall
+/// begins to push.
 pub const WALL_TOUCH: f64 = 1e-4;
 
 /// What stands at one face of the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wall {
-    /// Frictionless mirror: normal velocity reversed in the ghost nodes, zero on the wall (second order; clamped walls do not converge).
+    /// Frictionless mirror: normal velocity reversed in the nodes beyond it, zero on the wall (second order;
+    /// clamped walls do not converge).
     Slip,
-    /// No slip: all velocity components reversed in the ghost nodes, zero on the wall.
+    /// No slip: all velocity components reversed in the nodes beyond it, zero on the wall.
     Stick,
     /// Frictionless while the folded momentum points into the wall, absent otherwise: clay can leave.
     #[default]
     Separate,
+}
+
+variants! {
+    /// Every wall.
+    Wall: Slip, Stick, Separate
 }
 
 /// The six walls, low and high along each axis.
@@ -75,10 +85,12 @@ impl ParamsError {
 }
 
 impl Domain {
-    /// The domain that holds the box `low`..`high` [m]; its walls stand at `low` and at `low` + whole blocks of cells, at or beyond `high`.
+    /// The domain that holds the box `low`..`high` [m]; its walls stand at `low` and at `low` + whole blocks
+    /// of cells, at or beyond `high`.
     ///
     /// # Errors
-    /// A cell width that is not finite and positive, an empty or non-finite box, or more than [`CELLS_MAX`] cells along an axis.
+    /// A cell width that is not finite and positive, an empty or non-finite box, or more than [`CELLS_MAX`]
+    /// cells along an axis.
     pub fn new(low: DVec3, high: DVec3, cell_width: f64, walls: Walls) -> Result<Self, ParamsError> {
         if !(cell_width.is_finite() && cell_width > 0.0) {
             return Err(ParamsError::new("cell_width", cell_width, "must be a positive length in metres"));
@@ -86,7 +98,8 @@ impl Domain {
         if !(low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0) {
             return Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a finite box with low < high"));
         }
-        // An extent given as a whole number of cells must not gain a block by rounding: 1e-9 of a block is far below f64 noise of extents.
+        // An extent given as a whole number of cells must not gain a block by rounding: 1e-9 of a block is
+        // far below f64 noise of extents.
         let blocks = ((high - low) / (cell_width * f64::from(BLOCK)) - 1e-9).ceil().max(DVec3::ONE);
         if blocks.max_element() * f64::from(BLOCK) + f64::from(PADDING) > f64::from(CELLS_MAX) {
             let fits = (high - low).max_element() / f64::from(CELLS_MAX - PADDING);

@@ -243,18 +243,16 @@ fn weld_code(weld: Weld) -> u8 {
 }
 
 /// A law's code and numbers.
-fn law_code(law: ClayLaw) -> (u8, [f64; 3]) {
-    match law {
-        ClayLaw::Softened => (0, [0.0; 3]),
-        ClayLaw::Worked { loss, rate, rest_time } => (1, [loss, rate, rest_time]),
-        ClayLaw::AsPublished => (2, [0.0; 3]),
-        ClayLaw::AsPublishedDefaultD => (3, [0.0; 3]),
-    }
+fn law_code(mut law: ClayLaw) -> (u8, [f64; 3]) {
+    let mut numbers = [0.0; 3];
+    numbers.iter_mut().zip(law.numbers_mut()).for_each(|(to, (_, number))| *to = *number);
+    (law.number() as u8, numbers)
 }
 
-fn law_from_code(code: u8, [loss, rate, rest_time]: [f64; 3]) -> Option<ClayLaw> {
-    let worked = ClayLaw::Worked { loss, rate, rest_time };
-    [ClayLaw::Softened, worked, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD].get(usize::from(code)).copied()
+fn law_from_code(code: u8, numbers: [f64; 3]) -> Option<ClayLaw> {
+    let mut law = *ClayLaw::ALL.get(usize::from(code))?;
+    law.numbers_mut().into_iter().zip(numbers).for_each(|((_, number), from)| *number = from);
+    Some(law)
 }
 
 /// FNV-1a over 8-byte words: finds damage, not malice.

@@ -1,5 +1,5 @@
-//! Inputs that validation cases need and an application must not use: damping, clamped walls, a growing ball, a manufactured
-//! solution's body force, and nodes that follow an affine motion.
+//! Inputs that validation cases need and an application must not use: damping, clamped walls, a growing ball,
+//! a manufactured solution's body force, and nodes that follow an affine motion.
 
 use super::material::ClayMaterial;
 use super::tool::ToolShape;
@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 pub struct Validation {
     /// Decay rate of node velocities [1/s]: finds equilibria.
     pub damping: f64,
-    /// Wall nodes and those behind lose their normal (stick: every; separate: only that into the wall) velocity in place of reflection: the
-    /// negative control, first order at best.
+    /// Wall nodes and those behind lose their normal (stick: every; separate: only that into the wall)
+    /// velocity in place of reflection: the negative control, first order at best.
     pub clamped_walls: bool,
     /// Speed at which the radius of every ball tool grows from the frame's start [m/s].
     pub sphere_growth: f64,
@@ -25,7 +25,7 @@ pub struct Validation {
 
 impl Validation {
     /// The first input beyond damping that is in use, by name: an engine that has only damping refuses it.
-    pub fn special_input(&self) -> Option<&'static str> {
+    pub fn input_beyond_damping(&self) -> Option<&'static str> {
         let inputs = [
             (self.clamped_walls, "clamped_walls"),
             (self.sphere_growth != 0.0, "sphere_growth"),
@@ -35,14 +35,11 @@ impl Validation {
         inputs.into_iter().find_map(|(is_used, name)| is_used.then_some(name))
     }
 
-    /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward normal: those of a growing ball.
+    /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward
+    /// normal: those of a growing ball.
     pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
-        match shape {
-            ToolShape::Sphere { radius } => {
-                (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
-            }
-            _ => (shape, 0.0),
-        }
+        let ToolShape::Sphere { radius } = shape else { return (shape, 0.0) };
+        (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
     }
 }
 
@@ -65,9 +62,10 @@ impl AffineDrive {
     }
 }
 
-/// The manufactured solution `u_i = A_i L sin(pi X_i / L) sin(omega t + phi_i)`, `omega = pi c / L`, in a box of edge L between slip walls, for
-/// Hencky's law (after Wallstedt and Guilkey 2008, who take a neo-Hookean one). X is the place at rest, from the box's low corner. Along an axis of
-/// amplitude 0 nothing moves, and the box may have any width.
+/// The manufactured solution `u_i = A_i L sin(pi X_i / L) sin(omega t + phi_i)`, `omega = pi c / L`, in a box
+/// of edge L between slip walls, for Hencky's law (after Wallstedt and Guilkey 2008, who take a neo-Hookean
+/// one). X is the place at rest, from the box's low corner. Along an axis of amplitude 0 nothing moves, and
+/// the box may have any width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manufactured {
     /// Amplitudes A over L of the axes [-], below 1 / pi.
@@ -88,7 +86,8 @@ impl Manufactured {
         PI * material.wave_speed(material.density) / self.length
     }
 
-    /// Displacement u [m] and velocity [m/s] at time `t` [s] of the clay that rests at `rest` [m] from the low corner.
+    /// Displacement u [m] and velocity [m/s] at time `t` [s] of the clay that rests at `rest` [m] from the
+    /// low corner.
     pub fn motion(&self, material: &ClayMaterial, rest: DVec3, t: f64) -> (DVec3, DVec3) {
         let omega = self.frequency(material);
         let shape = (rest * (PI / self.length)).map(f64::sin) * self.amplitudes * self.length;
@@ -106,7 +105,8 @@ impl Manufactured {
     pub fn rest_place(&self, material: &ClayMaterial, x: DVec3, t: f64) -> DVec3 {
         let place = x - self.low;
         let mut rest = place;
-        // Newton's method on `X + u(X) = x`: the map's slope is a stretch, between 1 - A pi and 1 + A pi. An error of 1e-8 is squared by its step.
+        // Newton's method on `X + u(X) = x`: the map's slope is a stretch, between 1 - A pi and 1 + A pi. An
+        // error of 1e-8 is squared by its step.
         for _ in 0..50 {
             let error = rest + self.motion(material, rest, t).0 - place;
             rest -= error / self.stretches(material, rest, t);
@@ -117,7 +117,8 @@ impl Manufactured {
         rest
     }
 
-    /// Body acceleration [m/s^2] at `x` [m] and time `t` [s]: `b = u'' - Div P / rho` with `P_ii = tau_i / l_i`.
+    /// Body acceleration [m/s^2] at `x` [m] and time `t` [s]: `b = u'' - Div P / rho` with
+    /// `P_ii = tau_i / l_i`.
     pub fn acceleration(&self, material: &ClayMaterial, x: DVec3, t: f64) -> DVec3 {
         let rest = self.rest_place(material, x, t);
         let (u, _) = self.motion(material, rest, t);

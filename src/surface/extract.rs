@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 /// The surface of the clay: closed and oriented, with two lips at each cut.
 ///
-/// Lips of a cut coincide until the clay opens; [`separate`](super::weld::separate) makes a manifold of it for export. Memory is at
+/// Lips of a cut coincide until the clay opens; [`separate`](super::stitch::separate) makes a manifold of it for export. Memory is at
 /// most 6 KiB per block of 8^3 nodes near a particle, and twice as much again for each cut that passes it.
 pub fn extract(source: &SurfaceSource, settings: &SurfaceSettings) -> Mesh {
     let field = Field::of_particles(source, settings);

@@ -5,7 +5,7 @@
 //! | [`field`]  | surface particles   | f, and P, M of each cut, on visual nodes  | Eq. 9, by volume    |
 //! | [`extract`]| f, P, M             | closed mesh, cuts with two lips           | two-sided MC        |
 //! | [`ray`]    | f, P, M, a ray      | where it meets that mesh                  | two-sided MC        |
-//! | [`weld`]   | mesh                | manifold bodies for export                | -                   |
+//! | [`stitch`] | mesh                | manifold bodies for export                | -                   |
 //!
 //! Beside the flow: [`grains`] are the particles outside of the mesh, drawn as balls (`balls`), [`labels`] holds the rules of cuts, [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology
 //! from the nodes alone.
@@ -49,7 +49,7 @@ pub mod mesh;
 pub mod oracle;
 pub mod ray;
 mod scatter;
-pub mod weld;
+pub mod stitch;
 
 /// What most programs need.
 pub mod prelude {
@@ -59,5 +59,5 @@ pub mod prelude {
     pub use super::grains::{Extraction, Grain, extract_with_grains};
     pub use super::labels::CutMethod;
     pub use super::ray::{RayHit, cast_ray};
-    pub use super::weld::{Repairs, print_ready};
+    pub use super::stitch::{Repairs, print_ready};
 }

@@ -149,37 +149,35 @@ const REST_TIME: Row = Row::logarithmic(
     2,
 );
 
-/// What worked clay is where no other numbers are known: those of plasticine.
-const WORKED: ClayLaw = ClayLaw::Worked { loss: 0.3, rate: 2.0, rest_time: 600.0 };
-
-/// What to call a law.
-fn law_name(law: ClayLaw) -> &'static str {
-    match law {
-        ClayLaw::Softened => "softens near tools",
-        ClayLaw::Worked { .. } => "softens when worked",
-        ClayLaw::AsPublished => "Eq. 4-5 (unstable, for comparison)",
-        ClayLaw::AsPublishedDefaultD => "Eq. 4-5, d = 0 (unstable, for comparison)",
-    }
-}
+/// The rows of the laws' numbers, by the names that these have in files.
+const LAW_ROWS: [(&str, &Row); 3] = [("loss", &LOSS), ("rate", &RATE), ("rest_time", &REST_TIME)];
 
 /// The law, and the numbers of the one that has some.
 fn law_rows(ui: &mut egui::Ui, law: &mut ClayLaw) {
     let hover =
         "What softens the clay. As published, the paper's equations to the letter, is unstable and runs on the CPU alone.";
     ui.label("law").on_hover_text(hover);
-    let worked = if matches!(law, ClayLaw::Worked { .. }) { *law } else { WORKED };
-    let short = if law.is_as_published() { "Eq. 4-5 (unstable)" } else { law_name(*law) };
+    let chosen = *law;
+    let short = if law.is_as_published() { "Eq. 4-5 (unstable)" } else { law.name() };
     let combo = egui::ComboBox::from_id_salt("clay law").width(170.0).selected_text(short);
     combo.show_ui(ui, |ui| {
-        for choice in [ClayLaw::Softened, worked, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD] {
-            ui.selectable_value(law, choice, law_name(choice));
+        for other in ClayLaw::ALL {
+            let choice = if other.number() == chosen.number() { chosen } else { other };
+            ui.selectable_value(law, choice, choice.name());
         }
     });
     ui.end_row();
-    if let ClayLaw::Worked { loss, rate, rest_time } = law {
-        LOSS.show(ui, loss);
-        RATE.show(ui, rate);
-        REST_TIME.show(ui, rest_time);
+    for (name, number) in law.numbers_mut() {
+        match LAW_ROWS.iter().find(|row| row.0 == name) {
+            Some((_, row)) => {
+                row.show(ui, number);
+            }
+            None => {
+                ui.label(name);
+                ui.add(egui::DragValue::new(number));
+                ui.end_row();
+            }
+        }
     }
 }
 
@@ -243,10 +241,7 @@ mod tests {
     fn ends_of_ranges_are_materials() {
         type Field = fn(&mut ClayMaterial) -> &mut f64;
         fn worked(material: &mut ClayMaterial, index: usize) -> &mut f64 {
-            match &mut material.law {
-                ClayLaw::Worked { loss, rate, rest_time } => [loss, rate, rest_time].into_iter().nth(index).expect("three"),
-                other => panic!("{other:?}"),
-            }
+            material.law.numbers_mut().swap_remove(index).1
         }
         let fields: [(&Row, Field); 12] = [
             (&YIELD_STRESS, |m| &mut m.yield_stress),
@@ -263,7 +258,7 @@ mod tests {
             (&REST_TIME, |m| worked(m, 2)),
         ];
         for ends in 0..1 << fields.len() {
-            let mut material = ClayMaterial { law: WORKED, ..ClayMaterial::default() };
+            let mut material = ClayMaterial { law: Preset::Plasticine.material().law, ..ClayMaterial::default() };
             for (bit, (row, field)) in fields.iter().enumerate() {
                 let end = if ends >> bit & 1 == 0 { row.range.start() } else { row.range.end() };
                 *field(&mut material) = end * row.unit;
@@ -286,8 +281,10 @@ mod tests {
                 (&VISCOSITY, m.viscosity),
                 (&FLOW_INDEX, m.flow_index),
             ];
-            if let ClayLaw::Worked { loss, rate, rest_time } = m.law {
-                values.extend([(&LOSS, loss), (&RATE, rate), (&REST_TIME, rest_time)]);
+            let mut law = m.law;
+            for (name, number) in law.numbers_mut() {
+                let (_, row) = LAW_ROWS.iter().find(|row| row.0 == name).expect("a row of every number");
+                values.push((*row, *number));
             }
             for (row, value) in values {
                 assert!(row.range.contains(&(value / row.unit)), "{}: {}", preset.name(), row.name);
@@ -298,10 +295,10 @@ mod tests {
     /// Laws that are unstable say so where they are chosen, and plasticine is what worked clay begins as.
     #[test]
     fn laws_are_called_what_they_are() {
-        for law in [ClayLaw::Softened, WORKED, ClayLaw::AsPublished, ClayLaw::AsPublishedDefaultD] {
-            assert_eq!(law_name(law).contains("unstable, for comparison"), law.is_as_published());
+        for law in ClayLaw::ALL {
+            assert_eq!(law.name().contains("unstable, for comparison"), law.is_as_published());
         }
-        assert_eq!(Preset::Plasticine.material().law, WORKED);
+        assert!(ClayLaw::ALL.contains(&Preset::Plasticine.material().law));
     }
 
     /// Shown and not touched, the rows change nothing, not even what is out of their ranges.
@@ -311,7 +308,7 @@ mod tests {
         let never = ClayLaw::Worked { loss: 0.99, rate: 1e3, rest_time: f64::INFINITY };
         for (yield_stress, law) in [
             (8e3, ClayLaw::Softened),
-            (1e9, WORKED),
+            (1e9, Preset::Plasticine.material().law),
             (f64::INFINITY, never),
             (8e3, ClayLaw::AsPublished),
             (8e3, ClayLaw::AsPublishedDefaultD),

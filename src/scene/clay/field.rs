@@ -41,13 +41,21 @@ pub(super) const FIELDS: [Field; 13] = [
 ];
 
 /// The laws by name.
-pub(super) const LAWS: [&str; 4] = ["Softened", "Worked", "AsPublished", "AsPublishedDefaultD"];
+pub(super) const LAWS: [&str; ClayLaw::ALL.len()] = {
+    let mut names = [""; ClayLaw::ALL.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = ClayLaw::ALL[i].identifier();
+        i += 1;
+    }
+    names
+};
 
 /// The weld rules by name, in the order of [`Weld::ALL`](crate::sim::material::Weld::ALL).
 pub(super) const WELDS: [&str; 3] = ["Pressed", "Sticky", "Off"];
 
-/// The numbers of `Worked`.
-pub(super) const WORKED: [Field; 3] =
+/// The numbers of laws.
+pub(super) const LAW_NUMBERS: [Field; 3] =
     [number("loss", Dimension::Ratio), number("rate", Dimension::Ratio), number("rest_time", Dimension::Time)];
 
 /// The number of `material` with this name.
@@ -66,17 +74,13 @@ pub(super) fn number_mut<'a>(material: &'a mut ClayMaterial, name: &str) -> Opti
     })
 }
 
-/// The law of this name, `Worked` with the numbers that `numbers` gives or `before` has; else the name of the one that is missing.
-pub(super) fn law(name: &str, numbers: impl Fn(&str) -> Option<f64>, before: ClayLaw) -> Result<ClayLaw, &'static str> {
-    let mut kept = [None; 3];
-    if let ClayLaw::Worked { loss, rate, rest_time } = before {
-        kept = [Some(loss), Some(rate), Some(rest_time)];
+/// The law of this name with the numbers that `numbers` gives or `before`, a law of the same name, has; else the name of the one that is missing.
+pub(super) fn law(name: &str, numbers: impl Fn(&str) -> Option<f64>, mut before: ClayLaw) -> Result<ClayLaw, &'static str> {
+    let mut law = ClayLaw::ALL.into_iter().find(|law| law.identifier() == name).unwrap_or_default();
+    let is_same = before.identifier() == law.identifier();
+    let mut kept = before.numbers_mut().into_iter().map(|(_, number)| *number).filter(|_| is_same);
+    for (name, number) in law.numbers_mut() {
+        *number = numbers(name).or(kept.next()).ok_or(name)?;
     }
-    let number = |index: usize| numbers(WORKED[index].name).or(kept[index]).ok_or(WORKED[index].name);
-    Ok(match name {
-        "Worked" => ClayLaw::Worked { loss: number(0)?, rate: number(1)?, rest_time: number(2)? },
-        "AsPublished" => ClayLaw::AsPublished,
-        "AsPublishedDefaultD" => ClayLaw::AsPublishedDefaultD,
-        _ => ClayLaw::Softened,
-    })
+    Ok(law)
 }

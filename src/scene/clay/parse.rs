@@ -1,9 +1,9 @@
 //! From the text of a clay file to its entries, each with its place; keys that nobody knows are kept apart.
 
-use super::field::{FIELDS, Field, Kind, LAWS, WELDS, WORKED};
+use super::field::{FIELDS, Field, Kind, LAW_NUMBERS, LAWS, WELDS};
 use crate::scene::error::SceneError;
 use crate::scene::file::message;
-use crate::sim::material::Weld;
+use crate::sim::material::{ClayLaw, Weld};
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, VariantAccess, Visitor};
 use std::fmt;
 
@@ -182,15 +182,15 @@ impl<'de> Visitor<'de> for Content<'_> {
             content.unit_variant()?;
             return Ok(Value::Weld(weld));
         }
-        let Some(law) = LAWS.into_iter().find(|law| *law == name) else {
+        let Some(mut law) = ClayLaw::ALL.into_iter().find(|law| law.identifier() == name) else {
             return Err(A::Error::custom(format!("`{name}` is no law; known are {}", LAWS.join(", "))));
         };
-        if law == "Worked" {
-            let numbers = Struct { text: self.text, known: &WORKED, unknown: self.unknown };
-            return Ok(Value::Law(law, content.struct_variant(&[], numbers)?));
+        if law.numbers_mut().is_empty() {
+            content.unit_variant()?;
+            return Ok(Value::Law(law.identifier(), vec![]));
         }
-        content.unit_variant()?;
-        Ok(Value::Law(law, vec![]))
+        let numbers = Struct { text: self.text, known: &LAW_NUMBERS, unknown: self.unknown };
+        Ok(Value::Law(law.identifier(), content.struct_variant(&[], numbers)?))
     }
 }
 

@@ -15,7 +15,7 @@ mod threemf;
 use crate::sim::params::ParamsError;
 use crate::sim::snapshot::Snapshot;
 use crate::surface::mesh::Mesh;
-use crate::surface::weld::{Repairs, print_ready};
+use crate::surface::stitch::{Repairs, print_ready};
 use bodies::{Body, bodies_of};
 use serde::{Deserialize, Serialize};
 use simplify::simplify_checked;

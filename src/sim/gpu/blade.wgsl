@@ -1,14 +1,11 @@
-// Blades: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves behind.
+// Blades: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves
+// behind.
 
 // The point of a blade nearest to another, in the blade's frame.
 struct Foot {
     distance: f32, // signed, positive in front
     normal: vec3f, // of the front there
     is_inside: bool, // inside the blade's outline
-}
-
-fn divides(t: Tool) -> bool {
-    return t.shape == BLADE || t.shape >= POINTED;
 }
 
 // Point i of a bent blade's profile, in its XZ plane.
@@ -62,16 +59,32 @@ fn profile_foot(t: Tool, q: vec3f) -> Foot {
     return Foot(sign_ * size, vec3f(normal.x, 0.0, normal.y), is_at_height && other < count);
 }
 
-fn foot_on(t: Tool, q: vec3f) -> Foot {
-    if t.shape == BENT { return profile_foot(t, q); }
-    var half_width = t.size.x;
-    if t.shape == POINTED { half_width *= (q.y + t.size.y) / (2.0 * t.size.y); }
+// The foot on a flat blade of this width at the height of q.
+fn flat_foot(t: Tool, q: vec3f, half_width: f32) -> Foot {
     return Foot(q.z, vec3f(0.0, 0.0, 1.0), abs(q.x) <= half_width && abs(q.y) <= t.size.y);
+}
+
+fn foot_on(t: Tool, q: vec3f) -> Foot {
+    switch t.shape {
+        case BLADE, WIRE { return flat_foot(t, q, t.size.x); }
+        case POINTED_BLADE { return flat_foot(t, q, t.size.x * ((q.y + t.size.y) / (2.0 * t.size.y))); }
+        case BENT_BLADE { return profile_foot(t, q); }
+        default { return Foot(NOWHERE, vec3f(0.0, 0.0, 1.0), false); }
+    }
 }
 
 // Whether the straight way from a to b, in the blade's frame, passes through it.
 fn is_crossed(t: Tool, a: vec3f, b: vec3f) -> bool {
-    if t.shape != BENT { return (a.z < 0.0) != (b.z < 0.0) && foot_on(t, mix(a, b, a.z / (a.z - b.z))).is_inside; }
+    switch t.shape {
+        case BLADE, POINTED_BLADE, WIRE {
+            return (a.z < 0.0) != (b.z < 0.0) && foot_on(t, mix(a, b, a.z / (a.z - b.z))).is_inside;
+        }
+        case BENT_BLADE { return is_strip_crossed(t, a, b); }
+        default { return false; }
+    }
+}
+
+fn is_strip_crossed(t: Tool, a: vec3f, b: vec3f) -> bool {
     let way = b.xz - a.xz;
     for (var i = 0u; i < segment_count(t); i++) {
         let from_ = profile_point(t, i);
@@ -96,13 +109,8 @@ fn triangle_distance(t: Tool, q: vec2f) -> f32 {
     return min(length(p - (tip + s * flank)), to_base);
 }
 
-// The unsigned distance to a blade or a wire.
-fn blade_distance(t: Tool, q: vec3f) -> f32 {
-    if t.shape == BENT { return length(vec2f(profile_foot(t, q).distance, max(abs(q.y) - t.size.y, 0.0))); }
-    if t.shape == WIRE { return length(q - vec3f(clamp(q.x, -t.size.x, t.size.x), t.radius, 0.0)); }
-    if t.shape == POINTED {
-        if foot_on(t, q).is_inside { return abs(q.z); }
-        return length(vec2f(triangle_distance(t, q.xy), q.z));
-    }
-    return length(q - vec3f(clamp(q.xy, -t.size.xy, t.size.xy), 0.0));
+// The unsigned distance to a pointed blade.
+fn pointed_distance(t: Tool, q: vec3f) -> f32 {
+    if foot_on(t, q).is_inside { return abs(q.z); }
+    return length(vec2f(triangle_distance(t, q.xy), q.z));
 }

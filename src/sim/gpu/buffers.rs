@@ -2,8 +2,10 @@
 
 use super::super::params::{BLOCK, Domain};
 use super::device::{self, GpuError};
-use super::layout::{FIELDS, GpuTool, Params, Status, Total};
+use super::layout::{FIELDS, Status, Total};
+use super::params::Params;
 use super::pass::Id;
+use super::tool::GpuTool;
 use super::wgsl::{SCAN_CHUNK, WORKGROUP};
 use crate::sim::frame::SurfaceParticle;
 use crate::sim::snapshot::Particle;
@@ -223,7 +225,7 @@ impl Buffers {
             | Id::Count
             | Id::Place
             | Id::Order
-            | Id::Average
+            | Id::Averaging
             | Id::Tags
             | Id::Classes
             | Id::P2g

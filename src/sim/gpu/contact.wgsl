@@ -1,10 +1,10 @@
 // Contact at a node: blades, the fields that kept cuts divide, solid tools.
 
-// Most sheets that divide one node. A field is the clay that is beyond the same of them, from their owners' sides.
-const DIVISIONS_MAX: u32 = 4u;
+// A field is the clay that is beyond the same divisions, DIVISIONS_MAX at most, from their owners' sides.
 const NO_BLADE: u32 = 0xffffffffu;
 
-// A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it there.
+// A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it
+// there.
 struct Division { sheet: u32, owner: i32, blade: u32, distance: f32, normal: vec3f }
 
 // Fields stand in the place of the first of their classes.
@@ -122,7 +122,8 @@ fn field_side(node: ptr<function, Node>, i: u32, beyond: u32) -> i32 {
     return select(owner, -owner, ((beyond >> i) & 1u) == 1u);
 }
 
-// What blade t takes from the node: each field is bounded by it where it reaches beyond it; a sticking one takes it along.
+// What blade t takes from the node: each field is bounded by it where it reaches beyond it; a sticking one
+// takes it along.
 fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
     var taken: Taken;
     let tool = tool_now(t);
@@ -160,8 +161,8 @@ fn masses_about(n: vec3i, sheet: u32) -> vec2f {
     return m;
 }
 
-// Normal of a kept cut at a node, from back to front, not normalised: the slope of the front's share of the tagged mass, fitted to the nodes about it
-// (`cut::fitted_normal`). 0 where there is none.
+// Normal of a kept cut at a node, from back to front, not normalised: the slope of the front's share of the
+// tagged mass, fitted to the nodes about it (`cut::fitted_normal`). 0 where there is none.
 fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
     var weight = 0.0;
     var share_sum = 0.0;
@@ -192,7 +193,8 @@ fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
     return vec3f(dot(cross(moment[1], moment[2]), slope), dot(cross(moment[2], moment[0]), slope), dot(cross(moment[0], moment[1]), slope));
 }
 
-// The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands between them, which acts on both.
+// The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands
+// between them, which acts on both.
 fn pair_normal(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < (*node).division_count; i++) {

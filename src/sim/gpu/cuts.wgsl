@@ -1,5 +1,6 @@
-// The classes of clay in each block: the keys of its tagged particles, and of those whose stencils reach it, the greatest first. Class 0 is untagged clay.
-// Behind the keys of a block stand the folded masses of its classes at its 64 nodes.
+// The classes of clay in each block: the keys of its tagged particles, and of those whose stencils reach it,
+// the greatest first. Class 0 is untagged clay. Behind the keys of a block stand the folded masses of its
+// classes at its 64 nodes.
 
 const KEYS: u32 = CLASSES - 1u;
 

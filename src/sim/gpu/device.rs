@@ -57,7 +57,8 @@ pub struct GpuDevice {
 }
 
 impl GpuDevice {
-    /// The default adapter's device, with all its limits, for programs without a window. Blocks for as long as the driver takes.
+    /// The default adapter's device, with all its limits, for programs without a window. Blocks for as long
+    /// as the driver takes.
     ///
     /// # Errors
     /// No adapter, or one that gives no device.
@@ -88,7 +89,8 @@ impl GpuDevice {
     }
 }
 
-/// What the environment variable `CLAY_GPU` says: whether tests and examples may or must use a graphics adapter.
+/// What the environment variable `CLAY_GPU` says: whether tests and examples may or must use a graphics
+/// adapter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GpuMode {
     /// `off`: no adapter is asked for.
@@ -120,7 +122,8 @@ pub(crate) fn check(name: &'static str, value: u64, needed: u64, fits: Option<St
     if needed > value { Err(GpuError::Limit { name, value, needed, fits }) } else { Ok(()) }
 }
 
-/// Runs `work` and hands out what the device found wrong with it, instead of wgpu's own handler, which ends the program.
+/// Runs `work` and hands out what the device found wrong with it, instead of wgpu's own handler, which ends
+/// the program.
 pub(crate) fn guarded<T>(device: &wgpu::Device, what: &str, work: impl FnOnce() -> T) -> Result<T, GpuError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);

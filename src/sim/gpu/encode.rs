@@ -5,9 +5,10 @@ use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
 use super::kernels::Kernels;
-use super::layout::{GpuTool, Params, bent_blades};
+use super::params::{Params, bent_blades};
 use super::pass::Id;
 use super::stamps::{Stamps, Stretch};
+use super::tool::GpuTool;
 use std::collections::HashMap;
 
 /// What of a frame is encoded in one submission.
@@ -99,7 +100,7 @@ impl<'a> Encoding<'a> {
             }
             let mut passes = vec![(Id::Clear, v)];
             if self.work.plan.averaging_share(s, part.total) > 0.0 {
-                passes.push((Id::Average, v));
+                passes.push((Id::Averaging, v));
             }
             if blades {
                 passes.push((Id::Tags, v));

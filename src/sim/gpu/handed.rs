@@ -1,4 +1,5 @@
-//! What frames have handed out: surface particles and state, on the host or in a mapped buffer, with the grid and time they belong to.
+//! What frames have handed out: surface particles and state, on the host or in a mapped buffer, with the grid
+//! and time they belong to.
 
 use super::super::engine::{Deferred, StatePromise};
 use super::super::frame::SurfaceSource;

@@ -1,10 +1,9 @@
-// The clay law, as in the native engine: Hencky elasticity and von Mises return on E = b_e - I. Series for small strain,
-// eigenvalues beyond. Stress is scaled: tau 4 h^2 / (rho_s dx^2).
+// The clay law, as in the native engine: Hencky elasticity and von Mises return on E = b_e - I. Series for
+// small strain, eigenvalues beyond. Stress is scaled: tau 4 h^2 / (rho_s dx^2).
 
 struct Sym { d: vec3f, o: vec3f } // xx yy zz, xy xz yz
 struct Update { stress: Sym, strain: Sym, plastic: f32, clamped: bool }
 
-const SERIES_MAX: f32 = 0.25;
 const SQRT_2_3: f32 = 0.8164966;
 
 fn norm2(x: Sym) -> f32 {
@@ -134,11 +133,11 @@ fn compose(e: Eigen, w: vec3f) -> Sym {
         w.x * a.xxy * a.yzz + w.y * b.xxy * b.yzz + w.z * c.xxy * c.yzz);
 }
 
-// H and whether a principal stretch left 0.05 .. 20 and was clamped.
+// H and whether a principal stretch was beyond its limits and was clamped.
 struct Principal { e: Eigen, h: vec3f, clamped: bool }
 fn principal(x: Sym) -> Principal {
     let e = eigen(x);
-    let w = clamp(e.w, vec3f(0.0025 - 1.0), vec3f(399.0));
+    let w = clamp(e.w, vec3f(PRINCIPAL_MIN), vec3f(PRINCIPAL_MAX));
     let clamped = any(w != e.w) && is_finite(norm2(x));
     return Principal(e, 0.5 * vec3f(ln_1p(w.x), ln_1p(w.y), ln_1p(w.z)), clamped);
 }
@@ -164,15 +163,15 @@ fn stress(e: Sym) -> Sym {
     return stress_of(hencky(e));
 }
 
-// By how much flow shortens a Hencky deviator that is `excess` too long: root of (1 + hardening) g + viscous g^n = excess. Newton's method in z = g^n
-// falls to it from above, as on the native engine.
+// By how much flow shortens a Hencky deviator that is `excess` too long: root of (1 + hardening) g + viscous
+// g^n = excess. Newton's method in z = g^n falls to it from above, as on the native engine.
 fn shortening(excess: f32) -> f32 {
     let linear = 1.0 + params.hardening;
     if params.viscous == 0.0 { return excess / linear; }
     if params.flow_index == 1.0 { return excess / (linear + params.viscous); }
     let power = 1.0 / params.flow_index;
     var z = min(excess / params.viscous, pow(excess / linear, params.flow_index));
-    for (var step = 0; step < 8; step++) {
+    for (var step = 0u; step < FLOW_STEPS; step++) {
         let g = linear * pow(z, power);
         z -= (g + params.viscous * z - excess) / (power * g / z + params.viscous);
     }

@@ -1,20 +1,23 @@
-//! The GPU engine: wgpu compute passes over particles and 4^3 blocks of nodes, fixed-point node sums; the same bits in every run.
+//! The GPU engine: wgpu compute passes over particles and 4^3 blocks of nodes, fixed-point node sums; the
+//! same bits in every run.
 //!
-//! | file       | does                                                                       |
-//! |------------|----------------------------------------------------------------------------|
-//! | `encode`   | the order of the passes, once                                              |
-//! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts   |
-//! | `layout`   | Rust twins of the WGSL structs                                             |
-//! | `buffers`  | buffers, what is bound where, limits                                       |
-//! | `kernels`  | pipelines, each a `kernel`                                                                  |
-//! | `plan`     | fixed-point scales, how often particles are re-binned                      |
-//! | `solver`   | frames under way, redo, growth                                             |
-//! | `readback` | what comes back, without waiting; `stamps`: device times                   |
-//! | `report`   | sums -> a frame's report                                                   |
-//! | `device`   | a device without a window, limits, `CLAY_GPU`                              |
+//! | file       | does                                                                     |
+//! |------------|--------------------------------------------------------------------------|
+//! | `encode`   | the order of the passes, once                                            |
+//! | `pass`     | the passes: one WGSL text each, composed by `wgsl` with the shared texts |
+//! | `layout`   | the structs that host and device share, declared once                    |
+//! | `params`   | a submission's numbers; `tool`: its tools                                |
+//! | `buffers`  | buffers, what is bound where, limits                                     |
+//! | `kernels`  | pipelines, each a `kernel`                                               |
+//! | `scales`   | fixed-point scales, how often particles are re-binned                    |
+//! | `solver`   | frames under way, redo, growth                                           |
+//! | `readback` | what comes back, without waiting; `stamps`: device times                 |
+//! | `report`   | sums -> a frame's report                                                 |
+//! | `device`   | a device without a window, limits, `CLAY_GPU`                            |
 //!
-//! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on the device sets a bit in the
-//! status word, every later pass returns at once, and the host runs the frame again from records that nothing touched.
+//! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on
+//! the device sets a bit in the status word, every later pass returns at once, and the host runs the frame
+//! again from records that nothing touched.
 
 mod buffers;
 mod device;
@@ -23,12 +26,15 @@ mod handed;
 pub(crate) mod kernel;
 mod kernels;
 mod layout;
+mod params;
 mod pass;
-mod plan;
+
 mod readback;
 mod report;
+mod scales;
 mod solver;
 mod stamps;
+mod tool;
 #[cfg(feature = "reference")]
 mod trace;
 mod wgsl;
@@ -40,6 +46,7 @@ pub use layout::{PROFILES_MAX, TOOLS_MAX};
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, StatePromise, StateTicket};
 use super::frame::{FramePlan, FrameReport, SurfaceSource};
+use super::limits::PENDING_MAX;
 use super::params::ParamsError;
 use super::snapshot::Snapshot;
 use handed::Handed;
@@ -48,8 +55,6 @@ use solver::{Share, Solver};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-/// Frames that may be under way.
-const PENDING_MAX: usize = 2;
 /// Submissions that may wait on the device: one runs, one is ready.
 const SUBMISSIONS_MAX: usize = 2;
 
@@ -91,7 +96,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl GpuLink {
-    /// Records the passes of a frame that waits, at most one submission's worth. Records nothing if there is none.
+    /// Records the passes of a frame that waits, at most one submission's worth. Records nothing if there is
+    /// none.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) -> bool {
         let mut guard = lock(&self.shared.solver);
         let Some(solver) = guard.as_mut() else { return false };
@@ -105,8 +111,9 @@ impl GpuLink {
         })
     }
 
-    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes each), and how many: as they were loaded, and from then on at the end of the
-    /// last frame that the device has run. Passes that are recorded after this engine's in a frame see what these make of them.
+    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes
+    /// each), and how many: as they were loaded, and from then on at the end of the last frame that the
+    /// device has run. Passes that are recorded after this engine's in a frame see what these make of them.
     pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {
         let guard = lock(&self.shared.solver);
         let buffers = guard.as_ref()?.buffers();
@@ -181,7 +188,8 @@ impl GpuEngine {
         }
     }
 
-    /// How often frames of this clay were run again, for whatever reason: room for blocks, headroom of fixed point, speed.
+    /// How often frames of this clay were run again, for whatever reason: room for blocks, headroom of fixed
+    /// point, speed.
     #[doc(hidden)]
     pub fn reruns(&self) -> u64 {
         lock(&self.link.shared.solver).as_ref().map_or(0, Solver::reruns)
@@ -219,22 +227,6 @@ impl GpuEngine {
     }
 }
 
-/// Refuses what only the native engine and the oracle know.
-fn refuse_comparisons(plan: &FramePlan) -> Result<(), ParamsError> {
-    if plan.material.law.is_as_published() {
-        let law = format!("{:?}", plan.material.law);
-        return Err(ParamsError::new("law", law, "is kept for comparison, on the native engine only"));
-    }
-    if !plan.cutting.keeps_cuts() {
-        let method = format!("{:?}", plan.cutting);
-        return Err(ParamsError::new("cutting", method, "is kept for comparison, on the native engine only"));
-    }
-    match plan.validation.special_input() {
-        Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
-        None => Ok(()),
-    }
-}
-
 impl Engine for GpuEngine {
     fn describe(&self) -> String {
         format!("GPU engine on {}", self.link.shared.device.describe())
@@ -258,13 +250,13 @@ impl Engine for GpuEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
-        refuse_comparisons(&plan)?;
+        params::refuse_unknown(&plan)?;
         self.handed()?;
         if plan.tools.len() > TOOLS_MAX as usize {
             let reason = format!("must be at most {TOOLS_MAX} on this engine");
             return Err(ParamsError::new("tools", plan.tools.len(), reason).into());
         }
-        let bent = layout::bent_blades(&plan.tools).count();
+        let bent = params::bent_blades(&plan.tools).count();
         if bent > PROFILES_MAX as usize {
             let reason = format!("must have at most {PROFILES_MAX} bent blades on this engine");
             return Err(ParamsError::new("tools", format!("{bent} bent blades"), reason).into());
@@ -328,24 +320,5 @@ impl Engine for GpuEngine {
 
     fn pending(&self) -> usize {
         self.pending
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::cutting::CuttingMethod;
-    use super::super::material::ClayMaterial;
-    use super::super::planner::StepLimits;
-    use super::*;
-
-    /// The methods of others are refused by name, ours is not.
-    #[test]
-    fn other_methods_of_cutting_are_refused() {
-        let mut plan = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
-        assert!(refuse_comparisons(&plan).is_ok());
-        for method in [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles] {
-            plan.cutting = method;
-            assert_eq!(refuse_comparisons(&plan).expect_err("a refusal").name, "cutting");
-        }
     }
 }

@@ -27,7 +27,8 @@ pub(super) struct Readback {
     records: Range<u64>,
 }
 
-/// Bytes of the particles' partial sums, of their surface and of their records. No buffer is empty, but clay can be.
+/// Bytes of the particles' partial sums, of their surface and of their records. No buffer is empty, but clay
+/// can be.
 fn of_clay(buffers: &Buffers, outputs: FrameOutputs) -> [u64; 3] {
     let parts =
         [(true, buffers.totals.size()), (outputs.surface, buffers.surface.size()), (outputs.state, buffers.records[0].size())];

@@ -6,11 +6,13 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::ParticleSums;
-use super::layout::{Status, Total, centre, flag};
-use super::plan::Forecast;
+use super::layout::{Status, Total, flag};
+use super::params::centre;
+use super::scales::Forecast;
 use glam::{DMat3, DVec3};
 
-/// Adds up the workgroups' partial sums of a frame with substeps of `dt` [s] over `count` particles of `volume` [m^3] at rest; beside them the greatest
+/// Adds up the workgroups' partial sums of a frame with substeps of `dt` [s] over `count` particles of
+/// `volume` [m^3] at rest; beside them the greatest
 /// |v + A d| [cells/substep].
 pub(super) fn sums(
     domain: &Domain,

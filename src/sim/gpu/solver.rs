@@ -3,6 +3,7 @@
 use super::super::engine::{EngineError, StatePromise};
 use super::super::frame::{FrameOutputs, FramePlan, FrameReport};
 use super::super::health::Health;
+use super::super::limits::REDO_MAX;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::{Particle, Snapshot};
@@ -12,23 +13,22 @@ use super::device::{GpuError, guarded};
 use super::encode::{Encoding, Part, Work};
 use super::handed::{self, Ended, Handed, Held};
 use super::kernels::KernelSets;
-use super::layout::{Params, ParamsInput, Status, flag};
-use super::plan::{Forecast, Scales, interval};
+use super::layout::{Status, flag};
+use super::params::{Params, ParamsInput};
 use super::readback::{Progress, Readback};
 use super::report::{start_sums, sums};
+use super::scales::{Forecast, Scales, interval};
 use super::stamps::Stamps;
 use super::wgsl::CLASSES;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// How often a frame is halved before it is given up, as on the native engine.
-const REDO_MAX: u32 = 4;
 /// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
 const RETRY_MAX: u32 = 12;
 
-/// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is for drawing. Clay that needs more takes
-/// several frames, and the app stays smooth.
+/// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is
+/// for drawing. Clay that needs more takes several frames, and the app stays smooth.
 const FRAME_SECONDS: f64 = 0.01;
 /// Substeps in an app's frame before anything is known of the device.
 const FIRST_STEPS: u32 = 16;
@@ -139,7 +139,8 @@ pub(super) struct Solver {
     is_copy_unsubmitted: bool,
 }
 
-/// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is exact.
+/// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is
+/// exact.
 fn mass_unit(domain: &Domain) -> f64 {
     (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
 }
@@ -212,7 +213,8 @@ impl Solver {
         self.handed.clone()
     }
 
-    /// Takes a request for the state: answered by the next frame whose end is encoded, or by a copy where there is none.
+    /// Takes a request for the state: answered by the next frame whose end is encoded, or by a copy where
+    /// there is none.
     pub(super) fn request(&mut self, promise: StatePromise) {
         if self.frames.is_empty() && self.handed.state.frame == self.reported {
             handed::answer(&self.handed.state, vec![promise]);
@@ -248,8 +250,8 @@ impl Solver {
         self.reruns
     }
 
-    /// Takes a plan. It is made from what is known of the frame two before it, so that a run depends on its plans alone.
-    /// `failures` counts the frames given up of whose reports the plan's maker knew.
+    /// Takes a plan. It is made from what is known of the frame two before it, so that a run depends on its
+    /// plans alone. `failures` counts the frames given up of whose reports the plan's maker knew.
     pub(super) fn push(&mut self, plan: FramePlan, failures: u64) {
         let forecast = self.forecasts[(self.reported + self.frames.len()) % 2];
         let mut frame = Frame {
@@ -414,7 +416,8 @@ impl Solver {
         }
     }
 
-    /// Keeps a state as the newest, unless a newer one has come meanwhile, and answers those who asked for it.
+    /// Keeps a state as the newest, unless a newer one has come meanwhile, and answers those who asked for
+    /// it.
     fn hand_out_state(&mut self, ended: Arc<Ended>, promises: Vec<StatePromise>) {
         handed::answer(&ended, promises);
         if ended.frame >= self.handed.state.frame {
@@ -423,7 +426,8 @@ impl Solver {
         }
     }
 
-    /// Takes out the first frame. The one behind it may be encoded and not submitted yet: an app's poll comes at any time.
+    /// Takes out the first frame. The one behind it may be encoded and not submitted yet: an app's poll comes
+    /// at any time.
     fn pop(&mut self) -> Option<Frame> {
         self.unsubmitted = self.unsubmitted.and_then(|index| index.checked_sub(1));
         self.frames.pop_front()
@@ -490,7 +494,8 @@ impl Solver {
         }
     }
 
-    /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs them again.
+    /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs
+    /// them again.
     fn recover(&mut self, status: &Status) -> Result<Option<FrameReport>, GpuError> {
         self.clears_flags = true;
         self.reruns += 1;

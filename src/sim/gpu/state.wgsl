@@ -19,7 +19,8 @@ fn stencil(position: vec4f) -> Stencil {
     return Stencil(unpack_cell(bitcast<u32>(position.w)) + vec3i(b), position.xyz - b);
 }
 
-// Weight of the k-th node along an axis. Computed, not looked up: arrays indexed at run time are slow on every adapter.
+// Weight of the k-th node along an axis. Computed, not looked up: arrays indexed at run time are slow on
+// every adapter.
 fn weight(f: f32, k: i32) -> f32 {
     let d = f - f32(k);
     let e = 1.5 - abs(d);
@@ -33,7 +34,8 @@ fn side_code(tag: u32) -> u32 {
     return select((sheet << 1u) | u32(side < 128u), 0u, side == 0u || sheet == 0u);
 }
 
-// On which sides of which cuts, from the packed tags (sheet, side, sheet, side): the codes of both, the higher sheet first; 0 near no cut.
+// On which sides of which cuts, from the packed tags (sheet, side, sheet, side): the codes of both, the
+// higher sheet first; 0 near no cut.
 fn key_of(tags: u32) -> u32 {
     if CLASSES == 1u { return 0u; }
     let a = side_code(tags & 0xffffu);

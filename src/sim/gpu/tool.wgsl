@@ -1,33 +1,7 @@
 // Tools as the native engine meets them: poses of the present substep's start and end, in cells.
 
-struct Tool {
-    end_cell: vec3i,
-    shape: u32, // SPHERE ..
-    end_offset: vec3f,
-    contact: u32, // STICK ..
-    start_cell: vec3i,
-    sheet: u32,
-    start_offset: vec3f,
-    friction: f32,
-    end_rotation: mat3x3f,
-    start_rotation: mat3x3f,
-    turn: mat3x3f, // end_rotation - start_rotation
-    travel: vec3f, // from start to end
-    radius: f32, // of a wire: where it stands along y in the frame of its strip
-    size: vec3f, // half the box; half width and height; half the capsule's axis or the cone's height in y
-    profile: u32, // of a bent blade: its index, and its number of points from bit 8 on
-}
-
-const SPHERE: u32 = 0u;
-const CAPSULE: u32 = 1u;
-const BOX: u32 = 2u;
-const BLADE: u32 = 3u;
-const CONE: u32 = 4u;
-const POINTED: u32 = 5u;
-const BENT: u32 = 6u;
-const WIRE: u32 = 7u;
-const STICK: u32 = 0u;
-const SLIP: u32 = 1u;
+// No tool is nearer.
+const NOWHERE: f32 = 1e30;
 
 @group(0) @binding(10) var<storage, read> tools: array<Tool>;
 
@@ -44,7 +18,16 @@ fn local_start(t: Tool, cell: vec3i, offset: vec3f) -> vec3f {
     return (vec3f(cell - t.start_cell) + (offset - t.start_offset)) * t.start_rotation;
 }
 
-// Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have it.
+// Whether the tool is a blade or a wire.
+fn divides(t: Tool) -> bool {
+    switch t.shape {
+        case BLADE, POINTED_BLADE, BENT_BLADE, WIRE { return true; }
+        case SPHERE, CAPSULE, BOX, CONE, default { return false; }
+    }
+}
+
+// Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have
+// it.
 fn cone(t: Tool, p: vec3f) -> vec4f {
     let q = vec2f(length(p.xz), p.y);
     var outward = vec3f(1.0, 0.0, 0.0);
@@ -70,7 +53,7 @@ fn cone(t: Tool, p: vec3f) -> vec4f {
     return vec4f(outward * d.x + vec3f(0.0, d.y, 0.0), length(d));
 }
 
-// Signed distance to a solid shape; to a blade, the unsigned one.
+// Signed distance to a solid shape; to a blade or a wire, the unsigned one.
 fn distance_to(t: Tool, q: vec3f) -> f32 {
     switch t.shape {
         case SPHERE { return length(q) - t.radius; }
@@ -80,24 +63,34 @@ fn distance_to(t: Tool, q: vec3f) -> f32 {
             return length(max(d, vec3f(0.0))) + min(max(d.x, max(d.y, d.z)), 0.0);
         }
         case CONE { return cone(t, q).w; }
-        default { return blade_distance(t, q); }
+        case BLADE { return length(q - vec3f(clamp(q.xy, -t.size.xy, t.size.xy), 0.0)); }
+        case POINTED_BLADE { return pointed_distance(t, q); }
+        case BENT_BLADE { return length(vec2f(profile_foot(t, q).distance, max(abs(q.y) - t.size.y, 0.0))); }
+        case WIRE { return length(q - vec3f(clamp(q.x, -t.size.x, t.size.x), t.radius, 0.0)); }
+        default { return NOWHERE; }
     }
+}
+
+// Direction of the outward normal of a box.
+fn box_slope(t: Tool, q: vec3f) -> vec3f {
+    let d = abs(q) - t.size;
+    var g = max(d, vec3f(0.0));
+    if all(g == vec3f(0.0)) {
+        if d.x >= d.y && d.x >= d.z { g = vec3f(1.0, 0.0, 0.0); } else if d.y >= d.z { g = vec3f(0.0, 1.0, 0.0); } else { g = vec3f(0.0, 0.0, 1.0); }
+    }
+    return g * select(vec3f(-1.0), vec3f(1.0), q >= vec3f(0.0));
 }
 
 // Outward normal of a solid shape in its own frame; +Y where there is none.
 fn normal_at(t: Tool, q: vec3f) -> vec3f {
-    var g = q;
-    if t.shape == CAPSULE {
-        g = q - vec3f(0.0, clamp(q.y, -t.size.y, t.size.y), 0.0);
-    } else if t.shape == BOX {
-        let d = abs(q) - t.size;
-        g = max(d, vec3f(0.0));
-        if all(g == vec3f(0.0)) {
-            if d.x >= d.y && d.x >= d.z { g = vec3f(1.0, 0.0, 0.0); } else if d.y >= d.z { g = vec3f(0.0, 1.0, 0.0); } else { g = vec3f(0.0, 0.0, 1.0); }
-        }
-        g *= select(vec3f(-1.0), vec3f(1.0), q >= vec3f(0.0));
-    } else if t.shape == CONE {
-        g = cone(t, q).xyz;
+    var g = vec3f(0.0);
+    switch t.shape {
+        case SPHERE { g = q; }
+        case CAPSULE { g = q - vec3f(0.0, clamp(q.y, -t.size.y, t.size.y), 0.0); }
+        case BOX { g = box_slope(t, q); }
+        case CONE { g = cone(t, q).xyz; }
+        case BLADE, POINTED_BLADE, BENT_BLADE, WIRE { g = vec3f(0.0, 0.0, 1.0); }
+        default {}
     }
     let l = length(g);
     if l > 0.0 { return g / l; }
@@ -112,27 +105,34 @@ fn velocity_at(t: Tool, q: vec3f) -> vec3f {
 // Velocity after contact of clay that moves at v, with the surface normal n towards the clay.
 fn contact(t: Tool, v: vec3f, q: vec3f, n: vec3f) -> vec3f {
     let tool = velocity_at(t, q);
-    if t.contact == STICK { return tool; }
     let relative = v - tool;
     let normal = dot(relative, n);
-    if t.contact == SLIP { return v - normal * n; }
-    if normal >= 0.0 { return v; }
-    let slide = relative - normal * n;
-    let speed = length(slide);
-    if speed == 0.0 { return tool; }
-    return tool + slide * max(1.0 + t.friction * normal / speed, 0.0);
+    switch t.contact {
+        case STICK { return tool; }
+        case SLIP { return v - normal * n; }
+        case SEPARATE {
+            if normal >= 0.0 { return v; }
+            let slide = relative - normal * n;
+            let speed = length(slide);
+            if speed == 0.0 { return tool; }
+            return tool + slide * max(1.0 + t.friction * normal / speed, 0.0);
+        }
+        default { return v; }
+    }
 }
 
-// Acceleration of a node before a plane by a traction t of the plane, over t / (rho_s dx): the spline at the plane over its part in the clay.
+// Acceleration of a node before a plane by a traction t of the plane, over t / (rho_s dx): the spline at the
+// plane over its part in the clay.
 fn traction_share(d: f32) -> f32 {
     let reach = BAND - abs(d);
     if reach <= 0.0 { return 0.0; }
     if d > 0.5 { return 0.5 * reach * reach / (1.0 - reach * reach * reach / 6.0); }
-    if d < -0.5 { return 3.0 / max(reach, 1e-3); }
+    if d < -0.5 { return 3.0 / max(reach, TRACTION_REACH_MIN); }
     return (0.75 - d * d) / (0.5 + 0.75 * d - d * d * d / 3.0);
 }
 
-// Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the clay along with at most its shear strength.
+// Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the
+// clay along with at most its shear strength.
 fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -> vec3f {
     let surface = velocity_at(t, q);
     let relative = v - surface;
@@ -146,7 +146,8 @@ fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -
     return after;
 }
 
-// Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about it.
+// Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about
+// it.
 fn is_near_block(t: Tool, block: vec3i) -> bool {
     let reach = 3.0 * sqrt(3.0) + BAND;
     let centre = block * 4;

@@ -1,4 +1,5 @@
-// Whether clay touches a separating tool (`tool::closed_share`). Touching masses stand behind the sums of mass and momentum, a word a node.
+// Whether clay touches a separating tool (`tool::closed_share`). Touching masses stand behind the sums of
+// mass and momentum, a word a node.
 
 // Index of a node's touching mass among the words of the sums.
 fn touching_place(slot: u32, k: u32) -> u32 {
@@ -6,7 +7,7 @@ fn touching_place(slot: u32, k: u32) -> u32 {
 }
 
 fn separates(t: Tool) -> bool {
-    return !divides(t) && t.contact != STICK && t.contact != SLIP;
+    return !divides(t) && t.contact == SEPARATE;
 }
 
 fn contact_offset(t: Tool) -> f32 {

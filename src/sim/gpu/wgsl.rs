@@ -1,20 +1,26 @@
-//! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import directives.
+//! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
+//! directives.
 
 use super::super::cut::{MEETING_SHARE, NORMAL_REGULARISATION, WELD_PARTS};
-use super::super::params::WALL_TOUCH;
-use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE};
-use super::layout::{FIELDS, PROFILES_MAX, TOOLS_MAX, flag};
+use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
+use super::super::material::SOFTENING_REACH;
+use super::super::params::{WALL_TOUCH, Wall};
+use super::super::snapshot::Particle;
+use super::super::tool::{
+    BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, TRACTION_REACH_MIN, ToolShape,
+};
+use super::layout::{FIELDS, PROFILES_MAX, Status, TOOLS_MAX, ToolCount, Total, Twin, flag};
+use super::params::Params;
 use super::pass::Pass;
-use crate::sim::snapshot::Particle;
-use std::fmt::Write;
+use super::tool::GpuTool;
 
 /// Invocations in a workgroup: 64 nodes of a block; two or one subgroups of today's adapters.
 pub(super) const WORKGROUP: u32 = 64;
 /// Numbers that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 
-/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front, back), about two that cross, and about three
-/// (19) with some room.
+/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front,
+/// back), about two that cross, and about three (19) with some room.
 pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
 
 /// Texts shared by passes.
@@ -26,7 +32,7 @@ pub(super) mod part {
     pub(in super::super) const CONTACT: &str = include_str!("contact.wgsl");
     pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
     pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
-    pub(in super::super) const FOLD: &str = include_str!("fold.wgsl");
+    pub(in super::super) const WALLS: &str = include_str!("walls.wgsl");
     /// The classes of each block, read.
     pub(in super::super) const CUTS: &str =
         concat!("@group(0) @binding(16) var<storage, read> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
@@ -37,10 +43,21 @@ pub(super) mod part {
 
 /// The whole text of `pass` for so many [classes](CLASSES) of clay.
 pub(super) fn compose(pass: &Pass, classes: u32) -> String {
-    let mut text = String::new();
-    let unsigned = [
+    let mut text = constants(classes);
+    for declaration in [Params::TEXT, GpuTool::TEXT, ToolCount::TEXT, Status::TEXT, Total::TEXT] {
+        text.push_str(declaration);
+    }
+    text.push_str(include_str!("prelude.wgsl"));
+    pass.parts.iter().chain([&pass.text]).for_each(|part| text.push_str(part));
+    text
+}
+
+/// The constants of host and device, from where they stand in Rust.
+fn constants(classes: u32) -> String {
+    let counts = [
         ("WORKGROUP", WORKGROUP),
         ("CLASSES", classes),
+        ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
         ("TOOLS_MAX", TOOLS_MAX),
         ("PROFILES_MAX", PROFILES_MAX),
         ("SCAN_CHUNK", SCAN_CHUNK),
@@ -53,39 +70,55 @@ pub(super) fn compose(pass: &Pass, classes: u32) -> String {
         ("CAPACITY", flag::CAPACITY),
         ("CROWDED", flag::CROWDED),
         ("WELD_PARTS", WELD_PARTS as u32),
-        ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
+        ("DIVISIONS_MAX", DIVISIONS_MAX),
+        ("FLOW_STEPS", FLOW_STEPS),
     ];
-    for (name, value) in unsigned {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "const {name}: u32 = {value}u;");
-    }
-    let lengths = [
+    let shapes = ToolShape::ALL.map(|shape| (upper(shape.identifier()), shape.number()));
+    let contacts = Contact::ALL.map(|contact| (upper(contact.identifier()), contact.number()));
+    let walls = Wall::ALL.map(|wall| (format!("WALL_{}", upper(wall.identifier())), wall.number()));
+    let unsigned = counts.map(|(name, value)| (name.to_string(), value)).into_iter().chain(shapes).chain(contacts).chain(walls);
+    let numbers = [
         ("BAND", BAND),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
+        ("FLOWING", FLOWING),
         ("MEETING_SHARE", MEETING_SHARE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
+        // Of the elastic strain b - I.
+        ("PRINCIPAL_MIN", STRETCH_MIN * STRETCH_MIN - 1.0),
+        ("PRINCIPAL_MAX", STRETCH_MAX * STRETCH_MAX - 1.0),
+        ("SERIES_MAX", SERIES_MAX),
+        ("SET_BACK", SET_BACK),
+        ("SOFTENING_REACH", SOFTENING_REACH),
         ("TOUCH_FADE", TOUCH_FADE),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
         ("TOUCH_SHARE", TOUCH_SHARE),
+        ("TRACTION_REACH_MIN", TRACTION_REACH_MIN),
         ("WALL_TOUCH", WALL_TOUCH),
     ];
-    for (name, value) in lengths {
-        let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
+    let unsigned = unsigned.map(|(name, value)| format!("const {name}: u32 = {value}u;\n"));
+    unsigned.chain(numbers.map(|(name, value)| format!("const {name}: f32 = {value:?}f;\n"))).collect()
+}
+
+/// `PointedBlade` -> `POINTED_BLADE`.
+fn upper(identifier: &str) -> String {
+    let mut name = String::new();
+    for (i, letter) in identifier.chars().enumerate() {
+        if i > 0 && letter.is_uppercase() {
+            name.push('_');
+        }
+        name.push(letter.to_ascii_uppercase());
     }
-    text.push_str(include_str!("prelude.wgsl"));
-    pass.parts.iter().chain([&pass.text]).for_each(|part| text.push_str(part));
-    text
+    name
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::kernel::{Binding, bindings};
-    use super::super::layout::{GpuTool, Params, Status, ToolCount, Total};
-    use super::super::pass::PASSES;
+    use super::super::pass::{Id, PASSES};
     use super::*;
     use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
-    use std::mem::offset_of;
+    use std::collections::BTreeSet;
 
     fn validated(name: &str, text: &str) -> (naga::Module, ModuleInfo) {
         let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
@@ -94,7 +127,8 @@ mod tests {
         (module, info)
     }
 
-    /// Every pass of both kinds is valid WGSL with one entry point of its own name, in the workgroup size dispatches count on.
+    /// Every pass of both kinds is valid WGSL with one entry point of its own name, in the workgroup size
+    /// dispatches count on.
     #[test]
     fn passes_are_valid() {
         for pass in PASSES {
@@ -123,10 +157,8 @@ mod tests {
                 .global_variables
                 .iter()
                 .filter_map(|(_, v)| {
-                    let is_read_only = match v.space {
-                        naga::AddressSpace::Storage { access } => !access.contains(naga::StorageAccess::STORE),
-                        _ => false,
-                    };
+                    let is_read_only =
+                        matches!(v.space, naga::AddressSpace::Storage { access } if !access.contains(naga::StorageAccess::STORE));
                     let is_uniform = v.space == naga::AddressSpace::Uniform;
                     v.binding.as_ref().map(|b| Binding { index: b.binding, is_uniform, is_read_only })
                 })
@@ -149,97 +181,55 @@ mod tests {
         (members.iter().map(member).collect(), *span as usize)
     }
 
-    macro_rules! twin {
-        ($text:expr, $type:ident, $name:literal, [$($field:ident),* $(,)?]) => {
-            let ours = vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*];
-            assert_eq!((ours, size_of::<$type>()), layout_of($text, $name), $name);
-        };
-    }
-
     /// Every struct that host and device share has the same members at the same offsets.
     #[test]
     fn structs_are_laid_out_as_their_twins() {
-        let text = |name: &str| compose(PASSES.iter().find(|p| p.name == name).expect("pass"), 3);
-        let grid = text("grid");
-        twin!(
-            &grid,
-            Params,
-            "Params",
-            [
-                blocks,
-                particle_count,
-                wall_low,
-                slot_capacity,
-                wall_high,
-                tool_count,
-                gravity,
-                damping,
-                centre,
-                wall_kinds,
-                mass_scale,
-                momentum_scale,
-                reach_limit,
-                cell_count_limit,
-                mu2,
-                lambda,
-                yield_norm,
-                softening,
-                softening_length,
-                velocity_unit,
-                rate_unit,
-                mass_unit,
-                travel_limit,
-                density_unit,
-                starts_frame,
-                softens,
-                node_mass_limit,
-                hardening,
-                viscous,
-                flow_index,
-                hardening_norm,
-                work_loss,
-                work_rate,
-                work_kept,
-                averaging,
-                averaging_last,
-                averaging_last_at,
-                adhesion,
-                blades,
-                solids,
-                weld_stress,
-                weld_step,
-                profiles,
-            ]
-        );
-        twin!(
-            &grid,
-            GpuTool,
-            "Tool",
-            [
-                end_cell,
-                shape,
-                end_offset,
-                contact,
-                start_cell,
-                sheet,
-                start_offset,
-                friction,
-                end_rotation,
-                start_rotation,
-                turn,
-                travel,
-                radius,
-                size,
-                profile,
-            ]
-        );
-        twin!(&grid, ToolCount, "ToolCount", [tagged, pushed_back, depth, displaced]);
-        twin!(
-            &grid,
-            Status,
-            "Status",
-            [flags, speed, clamped, cell_count, slot_count, substep, node_mass, reach_met, crowded, welded, sheets, tools]
-        );
-        twin!(&text("total"), Total, "Total", [momentum, momentum_size, angular, kinetic, strain, mass, ratio, reach, spare,]);
+        fn same<T: Twin>(text: &str) {
+            let ours = T::OFFSETS.iter().map(|(name, offset)| ((*name).to_string(), *offset)).collect();
+            assert_eq!((ours, size_of::<T>()), layout_of(text, T::NAME), "{}", T::NAME);
+        }
+        let text = compose(Id::Grid.pass(), 3);
+        same::<Params>(&text);
+        same::<GpuTool>(&text);
+        same::<ToolCount>(&text);
+        same::<Status>(&text);
+        same::<Total>(&text);
+    }
+
+    /// The numbers that the switches of a block have cases for, one set a switch.
+    fn cases(block: &naga::Block, found: &mut Vec<BTreeSet<u32>>) {
+        for statement in block {
+            let naga::Statement::Switch { cases: arms, .. } = statement else { continue };
+            let numbers = arms.iter().filter_map(|arm| match arm.value {
+                naga::SwitchValue::U32(number) => Some(number),
+                naga::SwitchValue::I32(_) | naga::SwitchValue::Default => None,
+            });
+            found.push(numbers.collect());
+            arms.iter().for_each(|arm| cases(&arm.body, found));
+        }
+    }
+
+    /// What the device does by a tool's shape or contact it does for every shape and contact that there is:
+    /// none falls to what was meant for another.
+    #[test]
+    fn every_shape_and_contact_has_a_case() {
+        let (module, _) = validated("tags", &compose(Id::Tags.pass(), 3));
+        let shapes: BTreeSet<u32> = ToolShape::ALL.iter().map(ToolShape::number).collect();
+        let blades: BTreeSet<u32> = ToolShape::ALL.iter().filter(|shape| shape.is_blade()).map(ToolShape::number).collect();
+        let contacts: BTreeSet<u32> = Contact::ALL.iter().map(Contact::number).collect();
+        for (name, all) in [
+            ("distance_to", &shapes),
+            ("normal_at", &shapes),
+            ("divides", &shapes),
+            ("foot_on", &blades),
+            ("is_crossed", &blades),
+            ("contact", &contacts),
+        ] {
+            let (_, function) =
+                module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(name)).expect("a function of the tools' text");
+            let mut found = vec![];
+            cases(&function.body, &mut found);
+            assert_eq!(found, std::slice::from_ref(all), "{name}");
+        }
     }
 }

@@ -15,7 +15,7 @@ fn nearest_tool(cell: vec3i, offset: vec3f, is_start: bool) -> f32 {
 fn yield_norm_at(cell: vec3i, offset: vec3f, is_start: bool, a: f32, structure: f32) -> f32 {
     var norm = params.yield_norm;
     if params.softens != 0u {
-        let beyond = max(nearest_tool(cell, offset, is_start) - 3.0, 0.0) / params.softening_length;
+        let beyond = max(nearest_tool(cell, offset, is_start) - SOFTENING_REACH, 0.0) / params.softening_length;
         norm *= 1.0 - params.softening * (1.0 + expm1(-min(beyond, 80.0)));
     }
     return norm * (1.0 - params.work_loss * structure) + params.hardening_norm * a;

@@ -1,17 +1,17 @@
-//! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell (see the oracle's file of this name for why).
+//! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell (see the oracle's
+//! file of this name for why).
 //!
 //! The particles have just been sorted: those of a cell and class follow each other.
 
+use super::super::limits::FLOWING;
 use super::contact::Moment;
 use super::law;
 use super::passes::{ParticleStep, work};
 use super::state::{Cold, Hot, State, strains};
 use rayon::prelude::*;
 
-/// Particles whose deviator is at least this share of the yield's [-] flow.
-const FLOWING: f32 = 0.99;
-
-/// Takes `share` of the difference to the cell's mean ln J from every flowing particle; tools as they stand at the start of the substep of `s`.
+/// Takes `share` of the difference to the cell's mean ln J from every flowing particle; tools as they stand
+/// at the start of the substep of `s`.
 pub(super) fn average_volumes(s: &ParticleStep<'_>, state: &mut State, share: f64) {
     work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs).into_par_iter().for_each(|w| {
         let is_softened = s.softens(w.block);
@@ -27,13 +27,14 @@ pub(super) fn average_volumes(s: &ParticleStep<'_>, state: &mut State, share: f6
 }
 
 /// ln J of the particles that flow.
+#[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
 fn flowing_logs(s: &ParticleStep<'_>, hot: &[Hot], cold: &[Cold], is_softened: bool) -> Vec<Option<f64>> {
     let mut logs = Vec::with_capacity(hot.len());
     for (hot, cold) in hot.chunks(8).zip(cold.chunks(8)) {
         let (norm2, trace) = law::hencky_invariants(&strains(hot));
         logs.extend(hot.iter().zip(cold).enumerate().map(|(k, (h, c))| {
             let deviator = (norm2.0[k] - trace.0[k] * trace.0[k] / 3.0).max(0.0).sqrt();
-            let flows = deviator >= FLOWING * s.yield_norm(h, c, is_softened, Moment::Start);
+            let flows = deviator >= FLOWING as f32 * s.yield_norm(h, c, is_softened, Moment::Start);
             flows.then_some(f64::from(trace.0[k]))
         }));
     }

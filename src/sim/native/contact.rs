@@ -27,7 +27,8 @@ pub(super) struct ToolNow {
     pub sampled: Option<Arc<Sampled>>,
     /// The sheet that a blade cuts.
     pub sheet: u8,
-    /// Speed [cells/substep] at which the surface moves along the outward normal: a growing ball of validation cases.
+    /// Speed [cells/substep] at which the surface moves along the outward normal: a growing ball of
+    /// validation cases.
     pub growth: f64,
 }
 
@@ -50,7 +51,8 @@ impl ToolNow {
         Self { sampled: sampled.map(Arc::new), ..self }
     }
 
-    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node is near it.
+    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node
+    /// is near it.
     pub(super) fn side(&self, node: IVec3) -> Option<(f64, DVec3)> {
         match &self.sampled {
             Some(sampled) => sampled.side(node),
@@ -73,7 +75,8 @@ impl ToolNow {
         }
     }
 
-    /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a blade's band about it.
+    /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a
+    /// blade's band about it.
     pub(super) fn is_near_block(&self, block: IVec3) -> bool {
         self.is_near_block_by(block, BAND)
     }
@@ -84,7 +87,8 @@ impl ToolNow {
         let centre = (block * BLOCK).as_dvec3() + half;
         // Half diagonal of the block with its margin and one node, and the band.
         let reach = (half + 1.0) * 3f64.sqrt() + band;
-        // The tool may turn within a substep: its distance changes by less than the greater of both ends' plus the travel of its rim.
+        // The tool may turn within a substep: its distance changes by less than the greater of both ends'
+        // plus the travel of its rim.
         let [a, b] = [self.motion.start, self.motion.end].map(|p| self.shape.distance(p.to_local(centre)));
         let travel = self.motion.start.position.distance(self.motion.end.position);
         a.min(b) <= reach + travel
@@ -95,7 +99,8 @@ impl ToolNow {
         Tool { shape: self.shape, contact: self.contact }.separates()
     }
 
-    /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface normal `n` towards the clay.
+    /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface
+    /// normal `n` towards the clay.
     pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
         let tool = self.motion.velocity_at(world) + self.growth * n;
         let relative = v - tool;
@@ -138,7 +143,8 @@ mod tests {
         ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sampled: None, sheet: 1, growth: 0.0 }
     }
 
-    /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding clay go.
+    /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding
+    /// clay go.
     #[test]
     fn separating_contact_is_coulomb() {
         let t = tool(Contact::Separate { friction: 0.5 });

@@ -1,8 +1,10 @@
-//! Ghost velocities near blades, to compare with: sides of the present, and what a particle gathers at nodes that are incompatible with it. In f64, one particle
-//! after the other; the clay away from blades takes the usual way.
+//! Ghost velocities near blades, to compare with: sides of the present, and what a particle gathers at nodes
+//! that are incompatible with it. In f64, one particle after the other; the clay away from blades takes the
+//! usual way.
 //!
-//! Particles that stand on a side of a blade are classes of their own, as with kept cuts. A node that a class is incompatible with holds in place of the class's
-//! velocity an [`Incompatible`]: what the class brought goes to the tool (`special`), what its particles gather comes from it.
+//! Particles that stand on a side of a blade are classes of their own, as with kept cuts. A node that a class
+//! is incompatible with holds in place of the class's velocity an [`Incompatible`]: what the class brought
+//! goes to the tool (`meeting`), what its particles gather comes from it.
 
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
@@ -16,7 +18,8 @@ use super::state::{Cold, Hot, State, Table, unpack_cell};
 use super::tags::TagReport;
 use glam::{DVec3, IVec3};
 
-/// How far from a blade a particle may have a side [cells]: its stencil reaches a node that a rigid particle's reaches, each by 1.5 along every axis.
+/// How far from a blade a particle may have a side [cells]: its stencil reaches a node that a rigid
+/// particle's reaches, each by 1.5 along every axis.
 pub(super) const REACH: f64 = 5.2;
 
 /// Why a node is incompatible with a class.
@@ -71,7 +74,8 @@ fn side_of(method: CuttingMethod, at: DVec3, had: i8, tool: &ToolNow) -> i8 {
     }
 }
 
-/// A bound on the ghost velocities of a substep [cells/substep]: across the surface they have its velocity, along it one between its and their own.
+/// A bound on the ghost velocities of a substep [cells/substep]: across the surface they have its velocity,
+/// along it one between its and their own.
 pub(super) fn speed_bound(state: &State, tools: &[ToolNow], velocity_unit: f64, gravity: DVec3) -> f64 {
     let tagged = state.cold.iter().filter(|c| !c.key().is_untagged());
     let own = |c: &Cold| (DVec3::from_array(c.velocity.map(f64::from)) / velocity_unit + gravity).length();
@@ -80,7 +84,8 @@ pub(super) fn speed_bound(state: &State, tools: &[ToolNow], velocity_unit: f64, 
     own.map_or(0.0, |own| own.hypot(surface))
 }
 
-/// Velocity and its moments `[v, m_x, m_y, m_z]` of the particles of a class in a block; tools give what ghosts have.
+/// Velocity and its moments `[v, m_x, m_y, m_z]` of the particles of a class in a block; tools give what
+/// ghosts have.
 #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
 pub(super) fn gather(
     s: &ParticleStep<'_>,

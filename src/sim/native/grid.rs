@@ -1,7 +1,9 @@
 //! Node sums and grid update, block by block: tiles -> momentum and mass -> velocity.
 //!
-//! Blocks without walls, tools or cuts take the short way in f32; the others go through [`special`](super::special) in f64.
+//! Blocks without walls, tools or cuts take the short way in f32; the others go through
+//! [`meeting`](super::meeting) in f64.
 
+use super::super::coefficients::Coefficients;
 use super::super::cut::CutKey;
 use super::super::frame::FramePlan;
 use super::super::material::ClayMaterial;
@@ -10,8 +12,8 @@ use super::super::validation::{AffineDrive, Manufactured};
 use super::contact::ToolNow;
 use super::ghost::Ghosts;
 use super::kernel::Tile;
+use super::meeting::{self, Meeting};
 use super::simd::Node;
-use super::special::{self, Meeting};
 use super::state::{NEIGHBOURS, State, Table};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -65,7 +67,8 @@ pub(super) struct Grid {
     found_for: FoundFor,
 }
 
-/// Where tagged clay was when the blocks that it reaches were found: sorts of the state at the scatter and now, classes of each block.
+/// Where tagged clay was when the blocks that it reaches were found: sorts of the state at the scatter and
+/// now, classes of each block.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct FoundFor {
     sorts: (u64, u64),
@@ -84,7 +87,8 @@ pub(super) struct CutBlock {
     pub ghosts: Vec<Ghosts>,
 }
 
-/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts are made of.
+/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts
+/// are made of.
 pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
 
 /// Constants of one substep's grid update.
@@ -94,15 +98,16 @@ pub(super) struct GridStep {
     pub gravity: DVec3,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)` [cells/substep].
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
+    /// [cells/substep].
     pub adhesion: f64,
     /// Further inputs of validation cases; blocks take the long way where there are any.
-    pub special: Option<Special>,
+    pub imposed: Option<Imposed>,
 }
 
 /// What validation cases ask of nodes, in cells and substeps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Special {
+pub(super) struct Imposed {
     /// Whether walls clamp their nodes and do not fold.
     pub clamped_walls: bool,
     force: Option<Manufactured>,
@@ -117,7 +122,7 @@ pub(super) struct Special {
     acceleration: f64,
 }
 
-impl Special {
+impl Imposed {
     /// Body acceleration [cells/substep^2] of a manufactured solution at `node`.
     fn acceleration_at(&self, node: IVec3) -> DVec3 {
         let at = |f: Manufactured| f.acceleration(&self.material, self.domain.to_world(node.as_dvec3()), f.time + self.start);
@@ -132,10 +137,9 @@ impl Special {
 
 impl GridStep {
     /// The constants of substep `index` of a frame of substeps of `dt` [s].
-    pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
+    pub(super) fn new(coefficients: &Coefficients, plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
         let validation = &plan.validation;
-        let acceleration = dt * dt / domain.cell_width / plan.density_scale();
-        let special = Special {
+        let imposed = Imposed {
             clamped_walls: validation.clamped_walls,
             force: validation.manufactured,
             drive: validation.affine_drive,
@@ -143,20 +147,20 @@ impl GridStep {
             material: plan.material,
             start: f64::from(index) * dt,
             speed: dt / domain.cell_width,
-            acceleration,
+            acceleration: coefficients.acceleration,
         };
-        let is_special = special.clamped_walls || special.force.is_some() || special.drive.is_some();
+        let is_any = imposed.clamped_walls || imposed.force.is_some() || imposed.drive.is_some();
         Self {
-            gravity: plan.gravity * acceleration,
-            damping: (-validation.damping * dt).exp(),
-            adhesion: plan.material.shear_strength() * acceleration / (plan.material.density * domain.cell_width),
-            special: is_special.then_some(special),
+            gravity: coefficients.gravity,
+            damping: coefficients.damping,
+            adhesion: coefficients.adhesion,
+            imposed: is_any.then_some(imposed),
         }
     }
 
     /// Gravity and other body forces on the inertial mass at `node` [cells/substep^2].
     pub(super) fn acceleration_at(&self, node: IVec3) -> DVec3 {
-        self.special.map_or(self.gravity, |special| self.gravity + special.acceleration_at(node))
+        self.imposed.map_or(self.gravity, |imposed| self.gravity + imposed.acceleration_at(node))
     }
 }
 
@@ -205,7 +209,8 @@ impl GridReport {
 }
 
 impl Grid {
-    /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and tools there are.
+    /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and
+    /// tools there are.
     pub(super) fn update(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> GridReport {
         self.find_cuts(state, tiles);
         self.nodes.resize(state.blocks.len(), [Node::default(); 64]);
@@ -220,8 +225,8 @@ impl Grid {
                 sum(nodes, tiles, block, |slot| Some(&tiles.untagged[slot]));
                 if cut_slot[i] != 0 {
                     GridReport::default()
-                } else if step.special.is_some() || meeting.concerns(block) {
-                    special::update(nodes, None, block, step, meeting, &|_| None)
+                } else if step.imposed.is_some() || meeting.concerns(block) {
+                    meeting::update(nodes, None, block, step, meeting, &|_| None)
                 } else {
                     let damping_impulse = damping_impulse(nodes, step);
                     GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
@@ -311,7 +316,7 @@ impl Grid {
                     tiles.binary_search_by_key(key, |t| t.0).ok().map(|at| &tiles[at].1)
                 });
             }
-            special::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting.domain)
+            meeting::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting.domain)
         };
         let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
         let cut_slot = &self.cut_slot;
@@ -325,7 +330,7 @@ impl Grid {
             .par_iter_mut()
             .zip(&mut self.cuts)
             .zip(&blocks)
-            .map(|((nodes, cut), i)| special::update(nodes, Some(cut), state.blocks[*i], step, meeting, &masses_of))
+            .map(|((nodes, cut), i)| meeting::update(nodes, Some(cut), state.blocks[*i], step, meeting, &masses_of))
             .collect()
     }
 }
@@ -344,7 +349,8 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
     }
 }
 
-/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node that this tile holds.
+/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node
+/// that this tile holds.
 #[inline(always)]
 pub(super) fn for_shared_nodes(offset: IVec3, mut each: impl FnMut(usize, usize)) {
     // From `low` to `high` of our coordinates, at `shift` in the tile's own.

@@ -1,14 +1,17 @@
 //! Particle kernels over one block: gather (`g2p`), clay law, scatter (`p2g`), fused or apart.
 //!
-//! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of its particles to another; both stay in
-//! the L1 cache. Eight particles at a time go through the law; gather and scatter go particle by particle with one register per node.
-//! Velocities are in cells per substep, masses in eighths of a full cell's.
+//! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of
+//! its particles to another; both stay in the L1 cache. Eight particles at a time go through the law; gather
+//! and scatter go particle by particle with one register per node. Velocities are in cells per substep,
+//! masses in eighths of a full cell's.
 //!
-//! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not inlined through library code.
+//! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not
+//! inlined through library code.
 
-use super::law::{self, Flow, Law};
+use super::law;
 use super::simd::{F8, Node, V4};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
+use super::step::Step;
 
 /// Nodes along a tile's x and y, and its padded z.
 pub(super) const TILE: usize = 7;
@@ -29,54 +32,6 @@ impl Tile {
     #[inline(always)]
     pub(super) const fn at(x: i32, y: i32, z: i32) -> usize {
         ((x + 1) as usize * TILE + (y + 1) as usize) * TILE_Z + (z + 1) as usize
-    }
-}
-
-/// Constants of one substep.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
-    pub law: Law,
-    /// What resists flow beyond the yield norm.
-    pub flow: Flow,
-    /// Greatest elastic |dev H| of fresh clay away from tools.
-    pub yield_norm: f32,
-    /// What the yield norm gains per plastic strain.
-    pub hardening_norm: f32,
-    /// Thixotropy, if the clay has it.
-    pub working: Option<Working>,
-    /// One cell per substep [m/s].
-    pub velocity_unit: f32,
-    /// One per substep [1/s].
-    pub rate_unit: f32,
-    /// Whether AVX2 and FMA were found.
-    pub fma: bool,
-}
-
-/// Thixotropy in one substep.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Working {
-    /// Share of the yield stress that fully worked clay loses [-].
-    pub loss: f32,
-    /// Working per plastic strain.
-    pub rate: f32,
-    /// What a substep's rest leaves of the working [-].
-    pub kept: f32,
-}
-
-impl Working {
-    /// The working after a substep with `plastic` strain.
-    #[inline(always)]
-    fn after(&self, structure: f32, plastic: f32) -> f32 {
-        (1.0 - (1.0 - structure) * (-self.rate * plastic).exp()) * self.kept
-    }
-}
-
-impl Step {
-    /// The yield norm of a particle: `softened` is that of fresh clay at its place.
-    #[inline(always)]
-    pub(super) fn yield_norm_of(&self, softened: f32, hardening: f32, structure: f32) -> f32 {
-        let left = self.working.map_or(1.0, |w| 1.0 - w.loss * structure);
-        softened * left + self.hardening_norm * hardening
     }
 }
 
@@ -171,8 +126,9 @@ fn stencil(cell: &[[i32; 3]; 8], x: &[F8; 3]) -> Stencil {
 /// The node `offset` entries after `first`.
 #[inline(always)]
 fn node(tile: &Tile, index: usize) -> &Node {
-    // SAFETY: cells lie 0 .. 4 in their block (sort) and offsets in [-0.5, 1.5) of the cell (clamped in `advance`; NaN compares to base 0), so the
-    // first node is -1 ..= 3 along each axis, the last 5: inside the tile.
+    // SAFETY: cells lie 0 .. 4 in their block (sort) and offsets in [-0.5, 1.5) of the cell (clamped in
+    // `advance`; NaN compares to base 0), so the first node is -1 ..= 3 along each axis, the last 5: inside
+    // the tile.
     unsafe { tile.0.get_unchecked(index) }
 }
 
@@ -225,7 +181,8 @@ fn gather<const FMA: bool>(s: &Stencil, count: usize, velocity: &Tile) -> [[Node
     got
 }
 
-/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis `c`.
+/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis
+/// `c`.
 #[inline(always)]
 fn scatter<const FMA: bool>(s: &Stencil, count: usize, v: &[F8; 3], a: &[[F8; 3]; 3], mass: F8, out: &mut Tile) {
     let (mut p, mut am) = (*v, *a);
@@ -298,7 +255,7 @@ fn advance(step: &Step, place: &Place<'_>, eight: &Eight, cold: &[Cold], got: &[
             yield_norm.0[k] = softening(eight.grid(place, &x, k));
         }
     }
-    if step.hardening_norm > 0.0 || step.working.is_some() {
+    if step.has_history() {
         for k in 0..eight.count {
             yield_norm.0[k] = step.yield_norm_of(yield_norm.0[k], eight.hardening.0[k], cold[k].structure);
         }
@@ -455,10 +412,12 @@ macro_rules! dispatch {
     };
 }
 dispatch!(
-    /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles clamped.
+    /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles
+    /// clamped.
     g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, out: &mut Tile) -> u32);
 dispatch!(
-    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of particles clamped.
+    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of
+    /// particles clamped.
     g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);
 dispatch!(
     /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.

@@ -1,8 +1,10 @@
 //! The clay law, eight particles wide: Hencky elasticity and von Mises return on `E = b_e - I`.
 //!
-//! `ln(I + X)` by the Pade [3/3] approximant and `exp` by Taylor up to |X| = [`SERIES_MAX`]; beyond, per particle by eigenvalues in f64.
-//! Stress is scaled: `tau * 4 h^2 / (rho_s dx^2)`, the form in which it enters the affine momentum in cells and substeps.
+//! `ln(I + X)` by the Pade [3/3] approximant and `exp` by Taylor up to |X| = [`SERIES_MAX`]; beyond, per
+//! particle by eigenvalues in f64. Stress is scaled: `tau * 4 h^2 / (rho_s dx^2)`, the form in which it
+//! enters the affine momentum in cells and substeps.
 
+use super::super::limits::{self, FLOW_STEPS, STRETCH_MAX, STRETCH_MIN};
 use super::simd::F8;
 
 #[cfg(all(test, feature = "reference"))]
@@ -11,12 +13,8 @@ mod properties;
 /// A symmetric tensor of eight particles: xx yy zz xy xz yz.
 pub(super) type Sym8 = [F8; 6];
 
-/// Greatest Frobenius norm of `b_trial - I` the series serve [-]. There the Pade [3/3] log and the Taylor-6 exp are each off by at
-/// most 3e-8 (at -0.25; 1e-9 and less within 0.17), one unit in the last place of an f32 of that size.
-pub(super) const SERIES_MAX: f32 = 0.25;
-
-/// Limits of the principal stretches [-]: beyond them a particle is clamped and counted.
-const STRETCH: (f64, f64) = (0.05, 20.0);
+#[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+pub(super) const SERIES_MAX: f32 = limits::SERIES_MAX as f32;
 
 /// Scaled moduli of one substep.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +25,8 @@ pub(super) struct Law {
     pub lambda: f32,
 }
 
-/// What resists plastic flow beyond the yield stress, in norms of the Hencky deviator: shortening it by g takes
-/// `hardening g + viscous g^index` of its excess over the yield norm.
+/// What resists plastic flow beyond the yield stress, in norms of the Hencky deviator: shortening it by g
+/// takes `hardening g + viscous g^index` of its excess over the yield norm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flow {
     /// `(2/3) H / (2 mu)`.
@@ -40,16 +38,13 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    /// Newton steps for the power law: from the start below the residual is at most the excess itself, and 8 steps bring it to f32 rounding
-    /// for n >= 0.05 (`power_law_flow_is_solved`).
-    const STEPS: usize = 8;
-
     /// Whether the yield norm is all there is.
     pub(super) fn is_plain(&self) -> bool {
         self.hardening == 0.0 && self.viscous == 0.0
     }
 
-    /// The g that shortens a deviator `excess` too long: root of `(1 + hardening) g + viscous g^index = excess`.
+    /// The g that shortens a deviator `excess` too long: root of
+    /// `(1 + hardening) g + viscous g^index = excess`.
     #[inline(always)]
     fn shortening(&self, excess: f32) -> f32 {
         let linear = 1.0 + self.hardening;
@@ -59,10 +54,11 @@ impl Flow {
         if self.index == 1.0 {
             return excess / (linear + self.viscous);
         }
-        // In z = g^index the function is convex and rising, so Newton's method falls to the root from above; either term alone is above.
+        // In z = g^index the function is convex and rising, so Newton's method falls to the root from above;
+        // either term alone is above.
         let power = 1.0 / self.index;
         let mut z = (excess / self.viscous).min((excess / linear).powf(self.index));
-        for _ in 0..Self::STEPS {
+        for _ in 0..FLOW_STEPS {
             let g = linear * z.powf(power);
             z -= (g + self.viscous * z - excess) / (power * g / z + self.viscous);
         }
@@ -183,13 +179,15 @@ fn lane(x: &Sym8, k: usize) -> [f32; 6] {
     [x[0].0[k], x[1].0[k], x[2].0[k], x[3].0[k], x[4].0[k], x[5].0[k]]
 }
 
-/// Whether a squared norm is beyond the series' reach. A NaN is: on the eigenvalue path it stays NaN and is found.
+/// Whether a squared norm is beyond the series' reach. A NaN is: on the eigenvalue path it stays NaN and is
+/// found.
 #[inline(always)]
 fn is_beyond(norm2: f32) -> bool {
     norm2.is_nan() || norm2 > SERIES_MAX * SERIES_MAX
 }
 
-/// Stress and strain after one substep; `yield_norm` is the greatest |dev H| at rest, `sqrt(2/3) sY / (2 mu)`.
+/// Stress and strain after one substep; `yield_norm` is the greatest |dev H| at rest,
+/// `sqrt(2/3) sY / (2 mu)`.
 #[inline(always)]
 pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
     let x = trial(l, e);
@@ -304,7 +302,7 @@ struct Exact {
 fn by_eigenvalues(law: &Law, flow: &Flow, x: [f32; 6], yield_norm: f32) -> Exact {
     let (mu2, lambda, y) = (f64::from(law.mu2), f64::from(law.lambda), f64::from(yield_norm));
     let (w, q) = eigen(x.map(f64::from));
-    let stretch2 = w.map(|w| (1.0 + w).clamp(STRETCH.0 * STRETCH.0, STRETCH.1 * STRETCH.1));
+    let stretch2 = w.map(|w| (1.0 + w).clamp(STRETCH_MIN * STRETCH_MIN, STRETCH_MAX * STRETCH_MAX));
     let clamped = (0..3).any(|i| stretch2[i] != 1.0 + w[i]) && w.iter().all(|w| w.is_finite());
     let h = std::array::from_fn(|i| 0.5 * if stretch2[i] == 1.0 + w[i] { w[i].ln_1p() } else { stretch2[i].ln() });
     let [a, b, c]: [f64; 3] = h;
@@ -327,7 +325,8 @@ fn by_eigenvalues(law: &Law, flow: &Flow, x: [f32; 6], yield_norm: f32) -> Exact
     }
 }
 
-/// Eigenvalues and eigenvectors (rows of the result: `q[k]` belongs to `w[k]`) of a symmetric matrix by cyclic Jacobi rotations.
+/// Eigenvalues and eigenvectors (rows of the result: `q[k]` belongs to `w[k]`) of a symmetric matrix by
+/// cyclic Jacobi rotations.
 fn eigen(x: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut a = [[x[0], x[3], x[4]], [x[3], x[1], x[5]], [x[4], x[5], x[2]]];
     let mut q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -407,7 +406,8 @@ mod tests {
             }
         }
 
-        /// Up to the switch-over, series and eigenvalues agree to f32 rounding, yielding or not; J is kept by the return.
+        /// Up to the switch-over, series and eigenvalues agree to f32 rounding, yielding or not; J is kept by
+        /// the return.
         #[test]
         fn series_agree_with_eigenvalues(x in prop::array::uniform6(-1.0f32..1.0), size in 0.0f32..0.2499, y in 0.001f32..0.2, flow in flows()) {
             let norm = norm2(&spread(x)).0[0].sqrt().max(1e-3);

@@ -1,30 +1,33 @@
-//! The CPU engine: rayon over 4^3 blocks, eight lanes, AVX2 + FMA or SSE2 found at run time; the same bits at any number of threads.
+//! The CPU engine: rayon over 4^3 blocks, eight lanes, AVX2 + FMA or SSE2 found at run time; the same bits at
+//! any number of threads.
 //!
 //! | file       | does                                                                        |
 //! |------------|-----------------------------------------------------------------------------|
 //! | `solver`   | the frame: substep loop, redo, report                                       |
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
+//! | `step`     | the numbers of a substep                                                    |
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
-//! | `grid`     | node sums and update; `special` where walls, tools and cuts meet            |
+//! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
 //! | `contact`  | tools in cells and substeps                                                 |
 //! | `stats`    | sums for the report                                                         |
 
 mod averaging;
 mod contact;
-mod division;
 mod ghost;
 mod grid;
 mod kernel;
 mod law;
+mod meeting;
 mod passes;
+mod sides;
 mod simd;
 mod solver;
-mod special;
 mod state;
 mod stats;
+mod step;
 mod tags;
 mod touching;
 mod weld;
@@ -33,6 +36,7 @@ use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, StateTicket};
 use super::frame::{FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
 use super::health::Health;
+use super::limits::PENDING_MAX;
 use super::params::Domain;
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
@@ -41,9 +45,6 @@ use state::unpack_cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-
-/// Frames that may be under way.
-const PENDING_MAX: usize = 2;
 
 /// The CPU engine. Frames run on a thread of its own, in a pool of as many threads as asked for.
 pub struct NativeEngine {

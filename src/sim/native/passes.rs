@@ -2,13 +2,14 @@
 
 use super::super::cut::CutKey;
 use super::super::cutting::CuttingMethod;
-use super::super::material::ClayMaterial;
+use super::super::material::{ClayMaterial, SOFTENING_REACH};
 use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
 use super::ghost;
 use super::grid::{Grid, GridReport, Tiles, local};
-use super::kernel::{self, Place, Step, Tile};
+use super::kernel::{self, Place, Tile};
 use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
+use super::step::Step;
 use super::tags::{self, TagReport};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -54,7 +55,9 @@ impl ParticleStep<'_> {
     /// Whether a tool softens clay in the block: beyond 12 softening lengths zeta is below 1e-5.
     pub(super) fn softens(&self, block: IVec3) -> bool {
         let centre = (block * BLOCK).as_dvec3() + f64::from(BLOCK) / 2.0;
-        let reach = 12.0 * self.material.softening_length_or_default(self.domain.cell_width) / self.domain.cell_width + 3.0 + 5.0;
+        let length = self.material.softening_length_or_default(self.domain.cell_width) / self.domain.cell_width;
+        // Half the diagonal of a block with a particle's margin about it is less than 5 cells.
+        let reach = 12.0 * length + SOFTENING_REACH + 5.0;
         self.material.softening > 0.0
             && self.step.yield_norm.is_finite()
             && self.tools.iter().any(|t| t.shape.distance(t.motion.end.to_local(centre)) < reach)
@@ -182,7 +185,9 @@ pub(super) fn gather(
 fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
     let report = match s.cutting {
         CuttingMethod::TwoFields => tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold),
-        method => ghost::tag(method, tools, hot, cold),
+        method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
+            ghost::tag(method, tools, hot, cold)
+        }
     };
     if report.is_changed {
         *run = tags::regroup(hot, cold);
@@ -197,9 +202,8 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
     tasks.into_par_iter().map(|w| tag_block(s.tools, s, w.hot, w.cold, w.run)).collect()
 }
 
-/// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant `stored_at`, the others fused with
-/// their gather.
-/// Returns particles clamped.
+/// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant
+/// `stored_at`, the others fused with their gather. Returns particles clamped.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
     state: &mut State,

@@ -1,7 +1,9 @@
-//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, [`V4`] one node's momentum and mass.
+//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, [`V4`] one node's momentum and
+//! mass.
 //!
-//! `F8` is plain array arithmetic that the compiler turns into vector code; `V4` maps to one SSE register where there is one, since the
-//! gather and scatter of a particle (27 nodes each) must stay in registers whatever the compiler thinks of arrays.
+//! `F8` is plain array arithmetic that the compiler turns into vector code; `V4` maps to one SSE register
+//! where there is one, since the gather and scatter of a particle (27 nodes each) must stay in registers
+//! whatever the compiler thinks of arrays.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -111,7 +113,8 @@ mod lanes {
         #[inline(always)]
         pub(in super::super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
             if FMA {
-                // SAFETY: FMA = true is instantiated only inside functions with target feature fma, called after detection.
+                // SAFETY: FMA = true is instantiated only inside functions with target feature fma, called
+                // after detection.
                 Self(unsafe { _mm_fmadd_ps(self.0, b.0, c.0) })
             } else {
                 self.times(b).plus(c)

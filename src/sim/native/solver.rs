@@ -1,10 +1,12 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
 
+use super::super::coefficients::Coefficients;
 use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
-use super::super::material::{ClayLaw, ClayMaterial};
+use super::super::limits::{REDO_MAX, TRAVEL_LIMIT};
+use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
@@ -13,12 +15,12 @@ use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
 use super::grid::{Grid, GridReport, GridStep, Tiles};
-use super::kernel::{self, Step, Working};
-use super::law::{Flow, Law};
+use super::kernel;
+use super::meeting::Meeting;
 use super::passes::{self, Gathered, ParticleStep};
-use super::special::Meeting;
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
+use super::step::Step;
 use super::tags::{TagReport, Tagged};
 use super::touching::Touching;
 use super::weld;
@@ -26,11 +28,6 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-
-/// Greatest node travel in one substep [cells]; beyond it a particle could leave its tile, and the frame is redone with half the step.
-const TRAVEL_LIMIT: f32 = 0.49;
-/// How often a frame is halved before it is given up: a 16th of the step reaches speeds the plan cannot have known.
-const REDO_MAX: u32 = 4;
 
 /// The clay at the end of a frame: what `surface` and `save` read, and what a failed frame goes back to.
 #[derive(Debug)]
@@ -103,6 +100,20 @@ impl Tally {
     }
 }
 
+/// What came of a frame.
+struct Outcome {
+    tally: Tally,
+    sums: ParticleSums,
+    health: Health,
+    /// Halvings of the step.
+    redone: u32,
+    /// Substep used [s].
+    dt: f64,
+    /// Substeps run.
+    steps: u32,
+    began: Instant,
+}
+
 /// Why an attempt at a frame ended early.
 enum Failure {
     Health(Health),
@@ -124,8 +135,8 @@ impl Solver {
         self.start.clone()
     }
 
-    /// Runs a frame; redone with half the step where that can help, given up with the clay as it was where not.
-    /// Returns nothing if `stop` was set.
+    /// Runs a frame; redone with half the step where that can help, given up with the clay as it was where
+    /// not. Returns nothing if `stop` was set.
     pub(super) fn run(&mut self, plan: &FramePlan, stop: &AtomicBool) -> Option<FrameReport> {
         let began = Instant::now();
         let mut health = Health::OK;
@@ -135,7 +146,7 @@ impl Solver {
                 Ok(tally) => {
                     let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
                     if sums.is_finite() {
-                        return Some(self.report(plan, &tally, sums, health, redone, dt, steps, began));
+                        return Some(self.report(plan, Outcome { tally, sums, health, redone, dt, steps, began }));
                     }
                     health.insert(Health::NON_FINITE);
                     self.restore();
@@ -148,13 +159,20 @@ impl Solver {
             }
         }
         health.insert(Health::GIVEN_UP);
-        let sums = self.sums.clone();
-        Some(self.report(plan, &Tally::default(), sums, health, REDO_MAX, plan.dt, 0, began))
+        let outcome = Outcome { health, redone: REDO_MAX, ..self.nothing(plan, began) };
+        Some(self.report(plan, outcome))
     }
 
     /// Gives a frame up without trying.
     pub(super) fn give_up(&mut self, plan: &FramePlan) -> FrameReport {
-        self.report(plan, &Tally::default(), self.sums.clone(), Health::GIVEN_UP, 0, plan.dt, 0, Instant::now())
+        let outcome = Outcome { health: Health::GIVEN_UP, ..self.nothing(plan, Instant::now()) };
+        self.report(plan, outcome)
+    }
+
+    /// What comes of no substep.
+    fn nothing(&self, plan: &FramePlan, began: Instant) -> Outcome {
+        let (tally, sums) = (Tally::default(), self.sums.clone());
+        Outcome { tally, sums, health: Health::OK, redone: 0, dt: plan.dt, steps: 0, began }
     }
 
     /// The substep loop.
@@ -170,9 +188,9 @@ impl Solver {
             }
             plan.tools.iter().zip(&samples).map(|(path, samples)| now(path).sampled(plan.cutting, samples)).collect()
         };
-        let step = self.step(plan, dt);
+        let coefficients = Coefficients::new(plan, &domain, dt);
+        let (step, gravity) = (Step::new(&coefficients, self.fma), coefficients.gravity);
         let mut tools = tools_at(0);
-        let gravity = plan.gravity * (dt * dt / domain.cell_width / plan.density_scale());
         let share = |s: u32| plan.averaging_share(s, steps);
         let first =
             ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
@@ -187,7 +205,7 @@ impl Solver {
             }
             let particles =
                 ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
-            let report = self.update_grid(&GridStep::new(plan, &domain, dt, s), &particles, &mut tally)?;
+            let report = self.update_grid(&GridStep::new(&coefficients, plan, &domain, dt, s), &particles, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);
             if s + 1 < steps {
@@ -196,13 +214,14 @@ impl Solver {
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
-                self.grow_together(&step, plan, dt, &mut tally);
+                self.grow_together(&step, plan, &mut tally);
             }
         }
         Ok(tally)
     }
 
-    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags and scatter.
+    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags
+    /// and scatter.
     fn begin(&mut self, s: &ParticleStep<'_>, share: f64, tally: &mut Tally) {
         if share > 0.0 {
             self.sort(tally);
@@ -243,8 +262,8 @@ impl Solver {
         Ok(report)
     }
 
-    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles take sides in between. Not
-    /// fused at all where volumes are averaged in between, by `share`.
+    /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles
+    /// take sides in between. Not fused at all where volumes are averaged in between, by `share`.
     fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], share: f64, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;
@@ -278,10 +297,9 @@ impl Solver {
     }
 
     /// Lets the sides of cuts that are pressed on each other grow together.
-    fn grow_together(&mut self, step: &Step, plan: &FramePlan, dt: f64, tally: &mut Tally) {
+    fn grow_together(&mut self, step: &Step, plan: &FramePlan, tally: &mut Tally) {
         let Some(rule) = WeldRule::of(plan, self.time) else { return };
-        let stress_unit = plan.inertial_density() * (self.domain.cell_width / dt).powi(2) / 4.0;
-        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule, stress_unit);
+        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule);
         if tally.welded > 0 {
             self.sort(tally);
         }
@@ -297,7 +315,10 @@ impl Solver {
     /// The blocks near a blade of `tools`, whose particles may take a side.
     fn near_blades(&self, s: &ParticleStep<'_>, tools: &[ToolNow]) -> Vec<bool> {
         let band = if s.cutting.has_ghosts() { ghost::REACH } else { BAND };
-        let has_sides = s.cutting != CuttingMethod::InteractiveParticles;
+        let has_sides = match s.cutting {
+            CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
+            CuttingMethod::InteractiveParticles => false,
+        };
         let is_near = |b: &glam::IVec3| has_sides && tools.iter().any(|t| t.blade.is_some() && t.is_near_block_by(*b, band));
         self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
     }
@@ -318,46 +339,9 @@ impl Solver {
         self.travel = 0.0;
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
-    fn step(&self, plan: &FramePlan, dt: f64) -> Step {
-        let (m, dx) = (&plan.material, self.domain.cell_width);
-        let scale = 4.0 * dt * dt / (plan.inertial_density() * dx * dx);
-        let (mu2, root) = (2.0 * m.lame_mu(), (2.0f64 / 3.0).sqrt());
-        let working = match m.law {
-            ClayLaw::Worked { loss, rate, rest_time } => {
-                Some(Working { loss: loss as f32, rate: rate as f32, kept: (-dt / rest_time).exp() as f32 })
-            }
-            _ => None,
-        };
-        Step {
-            law: Law { mu2: (scale * mu2) as f32, lambda: (scale * m.lame_lambda()) as f32 },
-            flow: Flow {
-                hardening: (root * root * m.hardening_modulus / mu2) as f32,
-                viscous: (root * m.viscosity * (root / dt).powf(m.flow_index) / mu2) as f32,
-                index: m.flow_index as f32,
-            },
-            yield_norm: if m.law.is_as_published() { f32::INFINITY } else { (root * m.yield_stress / mu2) as f32 },
-            hardening_norm: (root * m.hardening_modulus / mu2) as f32,
-            working,
-            velocity_unit: (dx / dt) as f32,
-            rate_unit: (1.0 / dt) as f32,
-            fma: self.fma,
-        }
-    }
-
     /// Ends the frame: statistics, the published state, the report.
-    #[expect(clippy::too_many_arguments, reason = "called from one place, with all a frame's results")]
-    fn report(
-        &mut self,
-        plan: &FramePlan,
-        tally: &Tally,
-        sums: ParticleSums,
-        health: Health,
-        redone: u32,
-        dt: f64,
-        steps: u32,
-        began: Instant,
-    ) -> FrameReport {
+    fn report(&mut self, plan: &FramePlan, outcome: Outcome) -> FrameReport {
+        let Outcome { tally, sums, health, redone, dt, steps, began } = outcome;
         let ended = Instant::now();
         self.time += dt * f64::from(steps);
         let before = std::mem::replace(&mut self.sums, sums);
@@ -383,7 +367,7 @@ impl Solver {
         report.clamped = tally.clamped;
         report.welded = tally.welded;
         report.sheets = self.state.sheets();
-        report.tools = tool_reports(plan, tally, unit, self.domain.cell_width, dt * f64::from(steps));
+        report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
         report.health = health;
         judge(&mut report, &self.quarantined);
         report.timings = tally.timings;

@@ -1,7 +1,8 @@
 //! Particles as the kernels want them, and the sort of them into 4^3 blocks.
 //!
-//! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched where a frame starts or
-//! ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`] cells from its cell before it is sorted anew.
+//! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched
+//! where a frame starts or ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`]
+//! cells from its cell before it is sorted anew.
 
 use super::super::cut::{CutKey, SheetSet};
 use super::super::params::{BLOCK, Domain};
@@ -12,7 +13,8 @@ use glam::IVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// How far a particle may stray from its cell between two sorts [cells]: the 7^3 nodes of a block's tile serve offsets in [-0.5, 1.5).
+/// How far a particle may stray from its cell between two sorts [cells]: the 7^3 nodes of a block's tile
+/// serve offsets in [-0.5, 1.5).
 pub(super) const MARGIN: f32 = 0.5;
 
 /// What every substep of a particle needs.
@@ -226,8 +228,9 @@ impl State {
         self.runs.iter().flat_map(|run| &run.tagged).flat_map(|(key, _)| key.sides()).map(|side| side.0).collect()
     }
 
-    /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on nothing else, so runs repeat.
-    /// Returns the table before: tiles scattered before the sort are found through it.
+    /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on
+    /// nothing else, so runs repeat. Returns the table before: tiles scattered before the sort are found
+    /// through it.
     pub(super) fn sort(&mut self) -> Arc<Table> {
         self.sorts += 1;
         self.hot.par_iter_mut().for_each(Hot::normalise);

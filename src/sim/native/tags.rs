@@ -1,13 +1,12 @@
-//! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1 with persistent tags).
+//! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1
+//! with persistent tags).
 
 use super::super::cut;
 use super::super::params::Domain;
+use super::super::tool::SET_BACK;
 use super::contact::ToolNow;
 use super::state::{Cold, Hot, Run, unpack_cell};
 use glam::{DVec3, IVec3};
-
-/// Where a particle found behind the blade is put: this far in front of it [cells].
-const SET_BACK: f64 = 1e-3;
 
 /// What a blade did to the particles' sides.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,7 +41,8 @@ pub(super) struct TagReport {
     pub is_changed: bool,
 }
 
-/// Gives the particles of a block their sides of the blades among `tools`; `velocity_unit` is one cell per substep [m/s].
+/// Gives the particles of a block their sides of the blades among `tools`; `velocity_unit` is one cell per
+/// substep [m/s].
 #[expect(clippy::cast_possible_truncation, reason = "offsets are f32")]
 pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &mut [Hot], cold: &mut [Cold]) -> TagReport {
     let mut report = TagReport { tools: vec![Default::default(); tools.len()], ..TagReport::default() };

@@ -5,23 +5,16 @@ use super::super::frame::FramePlan;
 use super::super::snapshot::Tag;
 use super::super::tool::spline;
 use super::grid::Grid;
-use super::kernel::Step;
 use super::law;
 use super::passes::work;
 use super::state::{Hot, State, Table, strains, unpack_cell};
+use super::step::Step;
 use glam::{DMat3, DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have grown together and are gone. `stress_unit` is
-/// that of `step`'s law [Pa].
-pub(super) fn grow_together(
-    state: &mut State,
-    grid: &Grid,
-    step: &Step,
-    plan: &FramePlan,
-    rule: WeldRule,
-    stress_unit: f64,
-) -> u64 {
+/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have
+/// grown together and are gone.
+pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, rule: WeldRule) -> u64 {
     let table = state.table.clone();
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     tasks.retain(|w| !w.run.tagged.is_empty());
@@ -30,7 +23,7 @@ pub(super) fn grow_together(
         for (hot, cold) in w.hot[w.run.untagged..].iter().zip(&mut w.cold[w.run.untagged..]) {
             for tag in cold.tags.iter_mut().filter(|tag| tag.side != 0 && !WeldRule::spares(plan, tag.sheet)) {
                 let Some(normal) = normal(hot, *tag, grid, &table) else { continue };
-                let is_pressed = normal.dot(cauchy_stress(step, hot) * normal) * stress_unit < -rule.stress;
+                let is_pressed = normal.dot(cauchy_stress(step, hot) * normal) * step.stress_unit < -rule.stress;
                 welded += u64::from(rule.count(tag, is_pressed));
             }
         }

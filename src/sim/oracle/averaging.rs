@@ -1,16 +1,21 @@
 //! Anti-locking: the volume ratios of flowing particles relax to the mean of their cell.
 //!
-//! Plastic flow keeps volume, and a cell's few degrees of freedom can follow its particles' ln J only on average: what is left over has no force
-//! against it and grows into pressure noise and a strength too great (volumetric locking). Every [`INTERVAL`](super::super::frame::AVERAGING_INTERVAL)
-//! substeps the particles at yield take part of the difference to the volume-weighted mean ln J of those in their cell and class. The sum of
-//! `V ln J` and every deviator stay; elastic clay is left alone, so that closed-form elastic answers are.
+//! Before substeps 0, 8, 16 .. of the frame, where
+//! [`volume_averaging`](super::super::frame::FramePlan::volume_averaging) `q > 0`: of each cell `floor(x)`
+//! and class, the particles at yield (`|d| >= 0.99 y` of [`law`](super::law), without the viscous part, tools
+//! at their poses of `t`) take `1 - (1 - q)^k` of the difference to their mean `ln J`, weighted by rest
+//! volume: `b *= exp(2 (change of ln J) / 3)`. k is the number of substeps up to the next averaging or the
+//! frame's end. The sum of `V ln J` and every deviator stay; elastic clay is left alone, so that closed-form
+//! elastic answers are.
+//!
+//! Why: plastic flow keeps volume, and a cell's few degrees of freedom can follow its particles' ln J only on
+//! average. What is left over has no force against it and grows into pressure noise and a strength too great
+//! (volumetric locking).
 
+use super::super::limits::FLOWING;
 use super::tools::{Moment, Surroundings};
 use super::{Particle, law};
 use std::collections::BTreeMap;
-
-/// Particles whose deviator is at least this share of the yield's [-] flow.
-const FLOWING: f64 = 0.99;
 
 /// Relaxes the particles before substep `step` of the frame, if the plan asks for it there.
 pub(super) fn average_volumes(particles: &mut [Particle], around: &Surroundings, step: u32) {

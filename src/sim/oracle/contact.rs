@@ -1,9 +1,37 @@
-//! Contact: clay against blades, the sides of cuts against each other, clay against solid tools.
+//! Contact: clay against blades, the sides of cuts against each other, clay against solid tools, at their
+//! poses of `t + h`. Outer nodes of folded columns take no part.
 //!
-//! Bodies are rigid at a node, impacts inelastic, friction Coulomb's: the normal change of velocity stops the approach, the tangential
-//! one is at most friction times that (Bardenhagen, Brackbill & Sulsky 2000, CMAME 187, for grid contact of two fields). Next to a wall
-//! contact moves the folded mass, the clay and its image, as in the full space that the image stands for: so a frictionless wall
-//! takes no part in sliding.
+//! 1. **Blades**, in the plan's order: in a blade's band each field, on one side of it or the other, is
+//!    bounded by it where it reaches beyond it: one in front at nodes with distance <= [`CONTACT_OFFSET`],
+//!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool (3.). A
+//!    blade that sticks holds these nodes across its plane; along it, it takes each field of every node of
+//!    the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the fresh
+//!    clay's shear strength: a traction of k, shared out as the stress of clay at yield is. (Nodes that stick
+//!    up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane lies between them.)
+//! 2. **Fields**: each two fields a, b of a node, in the order of the divisions they are beyond (bit i for
+//!    the i-th sheet), exchange momentum while they approach along n, unless a blade stands between them. n
+//!    is the normal from a to b of the sheet between them, or the mean of the normals of two, each the slope
+//!    of the front's share of the tagged mass, fitted to the 27 nodes about the node ([`cut`]; no exchange
+//!    where one vanishes). With `u = (v_b - v_a) . n < 0` and the reduced mass `m = m_a m_b / (m_a + m_b)`
+//!    the impulse on b is `-m u` along n and, against sliding, at most [`CUT_FRICTION`] times that (never
+//!    more than stops the sliding).
+//! 3. **Solid tools**, in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`], of a
+//!    separating tool [`TOUCH_OFFSET`](tool::TOUCH_OFFSET), get, in each field, the tool's contact with its
+//!    velocity at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward
+//!    normal. Contact: stick `v = v_t`; slip removes the relative normal velocity; separate removes it only
+//!    if negative and reduces the relative tangential speed by at most friction times the normal change. Of
+//!    that change a separating tool makes the share that the gap is closed,
+//!    [`closed_share`](tool::closed_share) of the clay that touches at the node, `sum w m_p touch_p` over a
+//!    full cell's mass and of all classes, unfolded: [`particle_touch`](tool::particle_touch) of the
+//!    particle's distance, with its place of `t`, from the nearest separating solid tool at its pose of
+//!    `t + h`. A growing ball of validation cases has its radius of `t + h` throughout the substep, and its
+//!    surface the growth along the normal.
+//!
+//! Impulses `m (v_before - v_after)` sum up on the tool.
+//!
+//! Bodies are rigid at a node, impacts inelastic, friction Coulomb's (Bardenhagen, Brackbill & Sulsky 2000,
+//! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
+//! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
 use super::super::cut;
 use super::super::frame::{FrameReport, ToolReport};
@@ -12,10 +40,11 @@ use super::grid::{Band, Division, Field, Grid, Node};
 use super::tools::{Moment, MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
 
-/// Bounds the fields by each blade in its band, in the plan's order; then lets those that kept cuts divide press on each other.
+/// Bounds the fields by each blade in its band, in the plan's order; then lets those that kept cuts divide
+/// press on each other.
 pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
     for (index, coordinate) in grid.coordinates().enumerate() {
-        if grid.nodes[index].is_ghost {
+        if grid.nodes[index].is_outer {
             continue;
         }
         let mut bands: Vec<(usize, Band)> =
@@ -35,7 +64,8 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
     }
 }
 
-/// The blade of division `i` stops each field where that reaches beyond the blade's plane; a sticking one takes it along.
+/// The blade of division `i` stops each field where that reaches beyond the blade's plane; a sticking one
+/// takes it along.
 fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
     let tool = &around.tools[band.tool];
     let world = around.domain.to_world(coordinate.as_dvec3());
@@ -43,7 +73,7 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     for (field, sign) in node.fields.iter_mut().zip(sides) {
         let (normal, distance) = (band.normal * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
-        if tool.path.tool.contact == Contact::Stick {
+        if tool.path.tool.contact.sticks() {
             let after = tool::stick(field.velocity, tool.velocity(world, normal), normal, distance, around.adhesion());
             push(field, tool, world, after, felt);
         } else if distance <= CONTACT_OFFSET {
@@ -64,8 +94,8 @@ fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3
     if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(normal).collect() }
 }
 
-/// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a blade stands between them, which acts
-/// on both, or where a cut has no normal.
+/// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a
+/// blade stands between them, which acts on both, or where a cut has no normal.
 fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Option<DVec3> {
     let [from, to] = [a, b].map(|f| &node.fields[f]);
     let mut sum = DVec3::ZERO;
@@ -78,7 +108,8 @@ fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Op
     sum.try_normalize()
 }
 
-/// Two fields of a node exchange momentum while they approach along `normal` (from a to b): equal and opposite.
+/// Two fields of a node exchange momentum while they approach along `normal` (from a to b): equal and
+/// opposite.
 fn exchange(node: &mut Node, a: usize, b: usize, normal: DVec3) {
     let [behind, before] = [node.fields[a], node.fields[b]];
     if behind.sum.mass == 0.0 || before.sum.mass == 0.0 {
@@ -105,7 +136,8 @@ fn friction_stop(speed: f64, most: f64) -> f64 {
     if speed > most { most / speed } else { 1.0 }
 }
 
-/// Solid tools in the plan's order act on the nodes that they cover; a separating one where the gap between clay and tool is closed.
+/// Solid tools in the plan's order act on the nodes that they cover; a separating one where the gap between
+/// clay and tool is closed.
 pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
     let cell_width = around.domain.cell_width;
     let full = around.plan.inertial_density() * cell_width.powi(3);
@@ -116,7 +148,7 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
         for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
             let world = around.domain.to_world(coordinate.as_dvec3());
             let distance = tool.distance(world, Moment::End) / cell_width;
-            if node.is_ghost || distance >= tool.path.tool.contact.offset() {
+            if node.is_outer || distance >= tool.path.tool.contact.offset() {
                 continue;
             }
             let share = if tool.separates() { tool::closed_share(node.touching / full, distance) } else { 1.0 };
@@ -168,7 +200,8 @@ pub(super) fn contact_velocity(contact: Contact, velocity: DVec3, surface: DVec3
 mod tests {
     use super::*;
 
-    /// On a floor moving along x: stick moves with it, slip keeps the tangent, separate lets go or takes Coulomb's share of it.
+    /// On a floor moving along x: stick moves with it, slip keeps the tangent, separate lets go or takes
+    /// Coulomb's share of it.
     #[test]
     fn contact_velocity_follows_its_kind() {
         let (surface, normal) = (DVec3::new(1.0, 0.0, 0.0), DVec3::Y);

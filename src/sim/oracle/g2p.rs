@@ -1,6 +1,8 @@
 //! Nodes to particles: APIC (Jiang et al. 2015) with quadratic splines, advection, and the clay law.
 //!
-//! `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T`, `x += h v`: each from the field of the particle's own class.
+//! `v = sum w v_i`, `C = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`, each from the field of the particle's own
+//! class; `x += h v / dx`; the room's walls stop `x`. The yield stress of the [law](super::law) is that of
+//! the new `x`, with the tools at `t + h`, and of the hardening and the working before.
 
 use super::super::frame::FrameReport;
 use super::grid::Grid;
@@ -22,7 +24,7 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
         let update = law::advance(material, yield_stress, dt, particle.elastic_strain, particle.affine * dt);
         particle.elastic_strain = update.elastic_strain;
         particle.hardening += update.plastic_strain;
-        particle.structure = law::work(material, particle.structure, update.plastic_strain, dt);
+        particle.structure = material.structure_after(particle.structure, update.plastic_strain, dt);
         frame.clamped += u64::from(update.is_clamped);
     }
 }

@@ -1,11 +1,24 @@
-//! Ghost velocities, to compare with: CPIC to the letter of Eq. 1-3, and as Hu et al. 2018 have it.
+//! Ghost velocities, to compare with: CPIC to the letter of Eq. 1-3 ([`CuttingMethod::Published`]), and as Hu
+//! et al. 2018 have it ([`CuttingMethod::RigidParticles`]). No cut is kept without its blade, and no wire is
+//! known; sides of a blade stand in the tags while they last. Walls, gravity, law and solid tools are as
+//! elsewhere; blades do not act on the nodes, and fields exchange nothing.
 //!
-//! A particle and a node on two sides of a blade are *incompatible*: the particle gives the node nothing (Eq. 2-3 with delta = 0) and gathers there, in the node's
-//! place, its own velocity after gravity, as the tool's contact leaves it: `v_ghost = contact(v_p + g h)`, with the surface's velocity and normal at the node. Of several
-//! blades the first of the plan acts.
-//!
-//! Newton's third law: what the node would have got goes to the tool, `w m_p (v_p + A (x_i - x_p)) + w m_p g h`, and what the particle gathers comes from it,
-//! `w m_p v_ghost`.
+//! 1. Sides of nodes: as published, as in [`sides`](super::sides) within the band of a blade. By rigid
+//!    particles: the blade at its pose of `t + h` is a layer of points at most half a cell apart, its rim
+//!    among them; a node that is among the 3^3 about a point has the distance of the nearest, and its sign
+//!    along that point's normal.
+//! 2. Sides of particles, in place of [`tags`](super::tags): as published, the sign of
+//!    [`Blade::within_band`](super::super::tool::Blade::within_band) of `x` at `t + h`, none outside. By
+//!    rigid particles: `sign(sum w T |d|)` over the nodes of `x` that have a side, kept from then on as long
+//!    as any of them has one.
+//! 3. A class that a blade divides from a node (side against side, Eq. 1) is *incompatible* with it: of its
+//!    mass and momentum the node gets nothing (Eq. 2-3 with delta = 0). The other classes are one field.
+//! 4. In [`g2p`](super::g2p) a particle gathers at an incompatible node its ghost velocity, the contact of
+//!    the blade on `v + g h (rho / rho_s)`, with the blade's velocity at the node and its normal there
+//!    towards the particle. Of several blades between them the first of the plan acts.
+//! 5. Newton's third law: the blade feels what the node would have got,
+//!    `w m_p (v + A (x_i - x_p) dx) + w m_p g h (rho / rho_s)`, less what the particle gathers,
+//!    `w m_p v_ghost`. At folded columns an outer node's blade is its inner one's.
 
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
@@ -90,7 +103,8 @@ fn give(frame: &mut FrameReport, tool: &MovingTool, world: DVec3, index: usize, 
     frame.impulse_scale += impulse.length();
 }
 
-/// The ghost velocity [m/s] of a particle at a node that is incompatible with it; the tool gives the momentum.
+/// The ghost velocity [m/s] of a particle at a node that is incompatible with it; the tool gives the
+/// momentum.
 pub(super) fn velocity(particle: &Particle, touch: Touch, node: &Node, around: &Surroundings, frame: &mut FrameReport) -> DVec3 {
     let Some(band) = between(node, particle.key()) else { return DVec3::ZERO };
     let tool = &around.tools[band.tool];

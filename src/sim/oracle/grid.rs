@@ -103,11 +103,12 @@ pub(super) struct Node {
     /// Part of a column that a wall folded; held by a clamped wall or driven, in validation cases.
     pub(super) is_at_wall: bool,
     /// Folded onto its mirror: it moves as its image, and contact passes it by.
-    pub(super) is_ghost: bool,
+    pub(super) is_outer: bool,
 }
 
 impl Node {
-    /// Which divisions the clay of `key` is beyond: untagged clay is nowhere beyond, it moves with the owners.
+    /// Which divisions the clay of `key` is beyond: untagged clay is nowhere beyond, it moves with the
+    /// owners.
     pub(super) fn beyond(&self, key: CutKey) -> u32 {
         let is_beyond = |d: &Division| key.side(d.sheet) == -d.owner;
         self.divisions.iter().enumerate().map(|(i, d)| u32::from(is_beyond(d)) << i).sum()
@@ -126,7 +127,8 @@ impl Node {
     }
 }
 
-/// The nodes about the clay: the dense box of all stencils and one node more, so that a wall node in use has both its neighbours.
+/// The nodes about the clay: the dense box of all stencils and one node more, so that a wall node in use has
+/// both its neighbours.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     low: IVec3,

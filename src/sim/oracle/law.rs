@@ -1,16 +1,24 @@
 //! The clay law: Hencky elasticity with a von Mises yield stress.
 //!
-//! With `b_e = I + E` and `H = ln(b_e) / 2`, Kirchhoff stress is `tau = 2 mu H + lambda tr(H) I` and the energy per rest volume
-//! `mu H : H + lambda tr(H)^2 / 2` (Hencky 1928; Neff, Eidel & Martin 2016, ARMA 222). Yield is `sqrt(3/2) |dev tau| <= sY`; the return
-//! along the deviator is exact for this law, because `H` adds as small strains do, and keeps the volume (Simo 1992, CMAME 99).
+//! `b = (I + h C)(I + E)(I + h C)^T`; Hencky strain `H = ln b / 2`, deviator `d`; if
+//! `|d| > y = sqrt(2/3) sY / (2 mu)` it is shortened to `d (1 - g / |d|)` where
+//! `2 mu (|d| - y - g) = sqrt(2/3) (H_mod a + eta (a / h)^n)`, `a = sqrt(2/3) g` (Herschel-Bulkley, hardening
+//! modulus H_mod; without both `d *= y / |d|`), hardening `+= a`, `E = exp(2 H) - I`.
+//! `sY = sY0 (1 - s zeta) (1 - loss D) + H_mod hardening` with zeta of Eq. 5 and the working D; then
+//! `1 - D *= exp(-rate a)`, `D *= exp(-h / rest_time)`: [`ClayMaterial`] has both. Eigenvalues of `b` are
+//! clamped to `[STRETCH_MIN^2, STRETCH_MAX^2]` and counted.
 //!
-//! Logarithm and exponential are taken of the eigenvalues of `E` itself, by `ln_1p` and `exp_m1`: strains of 1e-12 keep all digits.
+//! Kirchhoff stress is `tau = 2 mu H + lambda tr(H) I` and the energy per rest volume
+//! `mu H : H + lambda tr(H)^2 / 2` (Hencky 1928; Neff, Eidel & Martin 2016, ARMA 222). Yield is
+//! `sqrt(3/2) |dev tau| <= sY`; the return along the deviator is exact for this law, because `H` adds as
+//! small strains do, and keeps the volume (Simo 1992, CMAME 99).
+//!
+//! Logarithm and exponential are taken of the eigenvalues of `E` itself, by `ln_1p` and `exp_m1`: strains of
+//! 1e-12 keep all digits.
 
-use super::super::material::{ClayLaw, ClayMaterial};
+use super::super::limits::{STRETCH_MAX, STRETCH_MIN};
+use super::super::material::ClayMaterial;
 use glam::{DMat3, DVec3};
-
-/// Least and greatest elastic stretch [-]; beyond, the strain is clamped and counted.
-pub const STRETCH_RANGE: (f64, f64) = (0.05, 20.0);
 
 /// sqrt(2/3): |deviator| over equivalent stress.
 const SQRT_2_3: f64 = 0.816_496_580_927_726;
@@ -92,20 +100,21 @@ pub struct Advanced {
     pub elastic_strain: DMat3,
     /// Equivalent plastic strain gained [-].
     pub plastic_strain: f64,
-    /// Whether a stretch left [`STRETCH_RANGE`].
+    /// Whether a stretch was beyond its limits and was clamped.
     pub is_clamped: bool,
 }
 
-/// Strains the clay by the displacement gradient `increment = h C` [-] in `dt` [s] and returns it to the flow stress of `yield_stress` [Pa]
-/// (present: softened and hardened): `b = (I + h C)(I + E)(I + h C)^T`; where the Hencky deviator `d` exceeds `y = sqrt(2/3) sY / (2 mu)`, it is shortened by [`flow`].
+/// Strains the clay by the displacement gradient `increment = h C` [-] in `dt` [s] and returns it to the flow
+/// stress of `yield_stress` [Pa] (present: softened and hardened): `b = (I + h C)(I + E)(I + h C)^T`; where
+/// the Hencky deviator `d` exceeds `y = sqrt(2/3) sY / (2 mu)`, it is shortened by [`flow`].
 pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_strain: DMat3, increment: DMat3) -> Advanced {
     // b - I expanded, so that the identity never swallows a small strain.
     let half = increment + increment * elastic_strain;
     let trial = elastic_strain + half + half.transpose() + increment * (DMat3::IDENTITY + elastic_strain) * increment.transpose();
     let spectrum = Spectrum::of(trial);
 
-    let (low, high) = STRETCH_RANGE;
-    let strain = spectrum.values.clamp(DVec3::splat(low * low - 1.0), DVec3::splat(high * high - 1.0));
+    let [low, high] = [STRETCH_MIN, STRETCH_MAX].map(|stretch| DVec3::splat(stretch * stretch - 1.0));
+    let strain = spectrum.values.clamp(low, high);
     let is_clamped = strain != spectrum.values;
 
     let h = hencky(strain);
@@ -127,7 +136,8 @@ pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_stra
 }
 
 /// By how much flow shortens a Hencky deviator that is `excess` [-] too long, in `dt` [s]: the g of
-/// `2 mu (excess - g) = sqrt(2/3) (H a + eta (a / dt)^n)` with the plastic strain `a = sqrt(2/3) g`, by bisection.
+/// `2 mu (excess - g) = sqrt(2/3) (H a + eta (a / dt)^n)` with the plastic strain `a = sqrt(2/3) g`, by
+/// bisection.
 pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {
     let resistance = |g: f64| {
         let plastic = SQRT_2_3 * g;
@@ -149,17 +159,6 @@ pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {
         high - low > 1e-15 * excess
     } {}
     0.5 * (low + high)
-}
-
-/// The working D [-] of thixotropic clay after a substep of `dt` [s] with `plastic_strain` [-]: exact for a constant rate in turn with rest,
-/// `1 - D *= exp(-rate a)`, then `D *= exp(-dt / rest_time)`.
-pub fn work(material: &ClayMaterial, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
-    match material.law {
-        ClayLaw::Worked { rate, rest_time, .. } => {
-            (1.0 - (1.0 - structure) * (-rate * plastic_strain).exp()) * (-dt / rest_time).exp()
-        }
-        _ => structure,
-    }
 }
 
 /// Norm of the Hencky deviator [-] and `ln J` of an elastic strain.
@@ -207,8 +206,8 @@ mod tests {
         }
     }
 
-    /// Plastic simple shear: past `g_Y = 2 sinh e_Y`, `e_Y = sY / (2 sqrt3 mu)`, the stress turns by `phi' = coth(2 e_Y) cos phi - 1` from
-    /// `phi = acos tanh e_Y`, with `tau_12 = (sY / sqrt3) sin phi`.
+    /// Plastic simple shear: past `g_Y = 2 sinh e_Y`, `e_Y = sY / (2 sqrt3 mu)`, the stress turns by
+    /// `phi' = coth(2 e_Y) cos phi - 1` from `phi = acos tanh e_Y`, with `tau_12 = (sY / sqrt3) sin phi`.
     #[test]
     fn plastic_shear_follows_its_equation_at_first_order() {
         let material = material(3e5);
@@ -237,7 +236,8 @@ mod tests {
         assert!(fine < 1e-4 && (coarse / fine).log10() > 0.9, "{coarse:e} {fine:e}");
     }
 
-    /// Uniaxial stress with free sides: `tau = min(E eps, sY)`, and plastic strain is what the elastic strain leaves of it.
+    /// Uniaxial stress with free sides: `tau = min(E eps, sY)`, and plastic strain is what the elastic strain
+    /// leaves of it.
     #[test]
     fn uniaxial_stress_is_elastic_then_constant() {
         let material = material(3e4);
@@ -266,7 +266,8 @@ mod tests {
         }
     }
 
-    /// A strain of 1e-12 keeps its digits: Hooke's law to 1e-11 relative, and the pure rotation of a strain keeps its energy.
+    /// A strain of 1e-12 keeps its digits: Hooke's law to 1e-11 relative, and the pure rotation of a strain
+    /// keeps its energy.
     #[test]
     fn tiny_strain_follows_hooke() {
         let material = material(f64::INFINITY);

@@ -1,23 +1,30 @@
-//! The judge: the substep in f64, scalar, serial and plain, written from the specification in [`sim`](super) and not from an engine.
+//! The judge: the substep in f64, scalar, serial and plain, written from the text at the head of each pass
+//! and not from an engine.
 //!
-//! Read [`substep`](mod@substep) first: it is the whole method in one page. Each pass is a file, in the order in which it runs:
+//! Read [`substep`](mod@substep) first: it is the whole method in one page. Each pass is a file, in the order
+//! in which it runs; the text at its head is exact, and engines are written from it:
 //!
-//! | file        | does                                                                     | equation                             |
-//! |-------------|--------------------------------------------------------------------------|--------------------------------------|
-//! | `averaging` | flowing particles share their cell's volume ratio                        | -                                    |
-//! | `tags`      | particles take and keep their side of a blade                            | Eq. 1, swept                         |
-//! | `p2g`       | particles to nodes                                                       | Eq. 2-4, MLS-MPM, APIC               |
-//! | `sides`     | which nodes cuts divide                                                  | Eq. 2-3, compatibility               |
-//! | `walls`     | the room's walls as mirrors                                              | method of images                     |
-//! | `contact`   | side against side, clay against tools                                    | Coulomb                              |
-//! | `g2p`       | nodes to particles, advection                                            | APIC                                 |
-//! | `law`       | Hencky elasticity, von Mises return                                      | Eq. 5 scales the yield stress        |
-//! | `weld`      | cuts grow together, once a frame                                         | -                                    |
-//! | `ghost`, `interactive` | the methods of others, to compare with: [`CuttingMethod`](super::cutting::CuttingMethod) | Eq. 1-3 to the letter |
-//! | `report`    | momentum, energy and volume                                              | -                                    |
+//! | file                   | does                                              | equation               |
+//! |------------------------|---------------------------------------------------|------------------------|
+//! | `averaging`            | flowing particles share their cell's volume ratio | -                      |
+//! | `tags`                 | particles take and keep their side of a blade     | Eq. 1, swept           |
+//! | `p2g`                  | particles to nodes                                | Eq. 2-4, MLS-MPM, APIC |
+//! | `sides`                | which nodes cuts divide                           | Eq. 2-3, compatibility |
+//! | `walls`                | the room's walls as mirrors; momentum -> velocity | method of images       |
+//! | `contact`              | side against side, clay against tools             | Coulomb                |
+//! | `g2p`                  | nodes to particles, advection                     | APIC                   |
+//! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |
+//! | `weld`                 | cuts grow together, once a frame                  | -                      |
+//! | `ghost`, `interactive` | the methods of others, to compare with            | Eq. 1-3 to the letter  |
+//! | `report`               | momentum, energy and volume                       | -                      |
 //!
-//! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq. numbers are those of the
-//! paper named in [`sim`](super). Lengths are in cells, all else in SI units.
+//! What it shares with the engines is what their comparison cannot judge: the material's yield stress
+//! (`material`), shapes, the blade's sides, `stick`, `closed_share` and `particle_touch` (`tool`),
+//! `fitted_normal` and tags' counts (`cut`), the tools' paths. Their own tests judge these, against closed
+//! forms.
+//!
+//! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.
+//! numbers are those of the paper named in [`sim`](super). Lengths are in cells, all else in SI units.
 
 mod averaging;
 mod contact;
@@ -76,7 +83,8 @@ impl Oracle {
         }
     }
 
-    /// Runs one frame. The plan has to be [valid](FramePlan::validate); the step is taken as given and never halved.
+    /// Runs one frame. The plan has to be [valid](FramePlan::validate); the step is taken as given and never
+    /// halved.
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
         let mut frame = report::begin(&self.particles, plan);
         for step in 0..plan.steps {

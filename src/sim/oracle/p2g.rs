@@ -1,7 +1,11 @@
-//! Particles to nodes: Eq. 2-4, MLS-MPM (Hu et al. 2018, Eq. 18) with the affine momentum of APIC (Jiang et al. 2015).
+//! Particles to nodes: Eq. 2-4, MLS-MPM (Hu et al. 2018, Eq. 18) with the affine momentum of APIC (Jiang et
+//! al. 2015).
 //!
-//! `m_i = sum_p w m_p`, `p_i = sum_p w m_p (v_p + A_p (x_i - x_p))` with `A = C - 4 h tau / (rho_s dx^2)`: the stress impulse
-//! `-h V tau 4 / dx^2` over the mass `rho_s V`; the laws as published multiply it by zeta. The sums of particles on different sides of cuts stay apart (compatibility of Eq. 2-3).
+//! `m_i = sum w m_p`, `p_i = sum w m_p (v + A (x_i - x_p) dx)` with `A = C - 4 h tau / (rho_s dx^2)` [1/s],
+//! the stress impulse `-h V tau 4 / dx^2` over the mass `rho_s V`, of the Kirchhoff stress
+//! `tau = 2 mu H + lambda tr(H) I`, `H = ln(I + E) / 2`. The laws as published multiply tau by
+//! [`stress_factor_at`](super::super::material::ClayMaterial::stress_factor_at) the distance to the nearest
+//! tool at its pose of `t`. The sums of each class stay apart (compatibility of Eq. 2-3).
 
 use super::grid::Grid;
 use super::stencil::stencil;

@@ -1,7 +1,8 @@
 //! What a frame did: momentum and who gave it, energy, volume.
 //!
-//! Walls are accounted last: their impulse is what the columns they fold gained beyond gravity, damping and contact. Everywhere else
-//! nothing is left over, so that `change = gravity + walls + damping - tools` is a check of every pass and not a definition.
+//! Walls are accounted last: their impulse is what the columns they fold gained beyond gravity, damping and
+//! contact. Everywhere else nothing is left over, so that `change = gravity + walls + damping - tools` is a
+//! check of every pass and not a definition.
 
 use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
@@ -87,12 +88,14 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
     }
 }
 
-/// Second moment `dx^2 / 4` [m^2] of the quadratic spline: the inertia that the affine velocity carries, per mass.
+/// Second moment `dx^2 / 4` [m^2] of the quadratic spline: the inertia that the affine velocity carries, per
+/// mass.
 fn spline_inertia(domain: &Domain) -> f64 {
     0.25 * domain.cell_width * domain.cell_width
 }
 
-/// About the world's origin, with the spin `m dx^2 / 4` times twice the axial vector of C (Jiang et al. 2015).
+/// About the world's origin, with the spin `m dx^2 / 4` times twice the axial vector of C (Jiang et al.
+/// 2015).
 fn angular_momentum(particle: &Particle, domain: &Domain, plan: &FramePlan) -> DVec3 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = particle.affine;
     let spin = DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x) * spline_inertia(domain);

@@ -1,7 +1,14 @@
 //! Which nodes are divided, and by which cuts: the compatibility of Eq. 2-3 as fields at nodes.
 //!
-//! Each sheet divides a node apart from the others: within the band of its blade by the sign of the node's distance, elsewhere where most of the node's mass
-//! is tagged by the sheet, there the kept cut runs. Clay that the sheet has not tagged moves with the owner's side. Two sheets make up to four fields.
+//! Each sheet divides a node or not, apart from the others. Within the band of its blade
+//! ([`Blade::within_band`](super::super::tool::Blade::within_band)) it does, and the node's *owner* is the
+//! sign of the distance (0 counts as front). Else it does where `m_F + m_B > m / 2`: `m_F` and `m_B` are the
+//! folded masses of the classes with its side +1 and -1, `m` that of all; there the kept cut runs, and the
+//! owner is front if `m_F >= m_B`.
+//!
+//! A class is *beyond* a division if it has the side that its owner has not; clay without a side of the sheet
+//! moves with the owner. A *field* is all clay that is beyond the same divisions: one at a whole node, up to
+//! two where one cut runs, four where two cross. A folded outer node is divided as its inner one is.
 
 use super::grid::{Band, Division, Field, Grid, Node};
 use super::tools::Surroundings;

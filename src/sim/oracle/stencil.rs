@@ -18,7 +18,8 @@ pub(super) fn base(position: DVec3) -> IVec3 {
     (position - 0.5).floor().as_ivec3()
 }
 
-/// The 27 nodes `b .. b + 2` about `position` [cells]: `sum w = 1`, `sum w arm = 0`, `sum w arm arm^T = I / 4`.
+/// The 27 nodes `b .. b + 2` about `position` [cells]: `sum w = 1`, `sum w arm = 0`,
+/// `sum w arm arm^T = I / 4`.
 pub(super) fn stencil(position: DVec3) -> [Touch; 27] {
     let base = base(position);
     let f = position - base.as_dvec3();

@@ -1,8 +1,10 @@
 //! One substep, top to bottom.
 //!
-//! MLS-MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015): `m_i v_i = sum_p w_ip m_p (v_p + A_p (x_i - x_p))` with
-//! `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes node velocities; gravity, walls, the two sides of cuts and tools change them;
-//! `v_p = sum_i w_ip v_i` and `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next stress.
+//! MLS-MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015):
+//! `m_i v_i = sum_p w_ip m_p (v_p + A_p (x_i - x_p))` with `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes
+//! node velocities; gravity, walls, the two sides of cuts and tools change them; `v_p = sum_i w_ip v_i` and
+//! `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next
+//! stress.
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport};
@@ -19,7 +21,9 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     averaging::average_volumes(particles, &around, step);
     match plan.cutting {
         CuttingMethod::TwoFields => tags::take_sides(particles, &around, frame),
-        _ => ghost::take_sides(particles, &around, frame),
+        CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles => {
+            ghost::take_sides(particles, &around, frame);
+        }
     }
 
     let mut grid = p2g::scatter(particles, &around);

@@ -1,16 +1,18 @@
 //! Tags: which side of a cut a particle is on. Eq. 1, taken once, kept, and decided by the swept blade.
 //!
-//! A particle takes a blade's side where it comes near or is swept over, and keeps it when the blade leaves: the cut persists. A
-//! particle that is near its own sheet's blade, or was swept over by it, and stands on the wrong side is put back on the blade's
-//! surface: the sweep counts, because a blade at 3 cells per substep leaves its band behind it.
+//! For each blade of the plan in order, with its motion from `t` to `t + h`: a particle at `x`, come from
+//! `x - h v`, for which [`Near::takes`](super::super::tool::Near::takes) names a side gets the tag (sheet,
+//! side): in the slot that has the sheet already, else in slot 0, whose tag moves to slot 1; what stood there
+//! is given up, and counted if it was a side of a third cut. Then a particle with a tag of this sheet that
+//! [`Near::is_behind`](super::super::tool::Near::is_behind) is put back along the normal to `side * 1e-3`
+//! cells from the plane, and counted: the sweep counts, because a blade at 3 cells per substep leaves its
+//! band behind it.
 
 use super::super::cut;
 use super::super::frame::FrameReport;
+use super::super::tool::SET_BACK;
 use super::Particle;
 use super::tools::Surroundings;
-
-/// Where a particle is put back: this far from the blade's plane, on its own side [cells].
-const PUT_BACK_DISTANCE: f64 = 1e-3;
 
 /// Lets each blade of the plan, in order, tag the particles and put back those on the wrong side of it.
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
@@ -27,7 +29,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
             let side = particle.key().side(sheet);
             if near.is_behind(side) {
                 let distance = near.distance / around.domain.cell_width;
-                let put_back = f64::from(side) * PUT_BACK_DISTANCE - distance;
+                let put_back = f64::from(side) * SET_BACK - distance;
                 particle.position = around.in_room(particle.position + near.normal * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());
@@ -46,7 +48,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A particle at `height` [cells] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to 0.2 cells.
+    /// A particle at `height` [cells] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to
+    /// 0.2 cells.
     fn after_blade(height: f64, tag: Tag) -> (f64, Tag, ToolReport) {
         let domain = Domain::new(DVec3::splat(-8.0), DVec3::splat(8.0), 1.0, Walls::default()).expect("domain");
         let tool = Tool { shape: ToolShape::Blade { half_width: 4.0, half_height: 4.0 }, contact: Contact::Slip };

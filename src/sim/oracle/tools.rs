@@ -41,7 +41,8 @@ impl MovingTool<'_> {
         self.shape.distance(pose.to_local(world))
     }
 
-    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node is near it.
+    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node
+    /// is near it.
     pub(super) fn side(&self, node: IVec3, domain: &Domain) -> Option<(f64, DVec3)> {
         if let Some(sampled) = &self.sampled {
             return sampled.side(node);
@@ -92,8 +93,8 @@ impl<'a> Surroundings<'a> {
         Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
 
-    /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at `node` in the substep: weight is not
-    /// scaled with inertia.
+    /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at
+    /// `node` in the substep: weight is not scaled with inertia.
     pub(super) fn gravity_step(&self, node: IVec3) -> DVec3 {
         let force = |case: &Manufactured| {
             case.acceleration(&self.plan.material, self.domain.to_world(node.as_dvec3()), case.time + self.start)
@@ -107,22 +108,24 @@ impl<'a> Surroundings<'a> {
         (-self.plan.validation.damping * self.plan.dt).exp()
     }
 
-    /// Velocity [m/s] that a traction of the clay's shear strength gives in the substep to clay one cell deep, `k h / (rho_s dx)`.
+    /// Velocity [m/s] that a traction of the clay's shear strength gives in the substep to clay one cell
+    /// deep, `k h / (rho_s dx)`.
     pub(super) fn adhesion(&self) -> f64 {
         self.plan.material.shear_strength() * self.plan.dt / (self.plan.inertial_density() * self.domain.cell_width)
     }
 
-    /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite without tools.
+    /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite
+    /// without tools.
     fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);
         self.tools.iter().map(|tool| tool.distance(world, at).abs()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The particle's present yield stress [Pa]: softened by the tools as they stand then and by work, hardened.
+    /// The particle's present yield stress [Pa]: softened by the tools as they stand then and by work,
+    /// hardened.
     pub(super) fn yield_stress(&self, particle: &Particle, at: Moment) -> f64 {
-        let material = &self.plan.material;
-        let fresh = material.yield_stress_at(self.tool_distance(particle.position, at), self.domain.cell_width);
-        fresh * material.worked_factor(particle.structure) + material.hardening_modulus * particle.hardening
+        let (distance, cell_width) = (self.tool_distance(particle.position, at), self.domain.cell_width);
+        self.plan.material.flow_stress_at(distance, cell_width, particle.structure, particle.hardening)
     }
 
     /// What multiplies the particle's stress [-], with the tools at the substep's start.

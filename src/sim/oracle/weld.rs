@@ -1,8 +1,18 @@
 //! Where the two sides of a cut, pressed on each other, grow together.
 //!
-//! Once a frame, at its end. At a particle the two sides of a sheet have masses `M = sum w m` of the last substep's nodes and gradients `G = sum w m (x_i - x_p)`; the
-//! cut's normal is that of the front's share, `M_B G_F - M_F G_B`. The sides are pressed where the particle's own Cauchy stress across it is a
-//! compression of more than the rule asks for.
+//! After the frame's last substep, unless [`weld`](super::super::material::ClayMaterial::weld) is off: for
+//! each tag of a particle at its new `x` whose sheet is that of no blade of the plan, with the unfolded node
+//! masses of the last substep's [`p2g`](super::p2g): `M = sum w m`, `G = sum w m (x_i - x)` of the classes
+//! with either side of the sheet. Both sides meet if each has more than `MEETING_SHARE = 1e-3` of
+//! `M_F + M_B`; else, and where the cut's normal, the slope of the front's share,
+//! `n = (M_B G_F - M_F G_B) / |..|` vanishes, the tag is left alone. The sides are pressed if
+//! `n . sigma n < -c k` with the particle's Cauchy stress `sigma = tau / J` and k the fresh clay's shear
+//! strength.
+//!
+//! A tag counts, in the magnitude of its side from 1 on: pressed,
+//! `floor(100 (t0 + T) / t_w) - floor(100 t0 / t_w)`, 100 at most, is added (t0 the clay's time when the
+//! frame starts, T its length), and above 100 the tag is gone and counted; not pressed, it is 1 again. c and
+//! t_w are 0.5 and 0.3 s, sticky 0.05 and 0.05 s.
 
 use super::super::cut::{MEETING_SHARE, WeldRule};
 use super::super::frame::{FramePlan, FrameReport};
@@ -12,7 +22,8 @@ use super::stencil::stencil;
 use super::{Particle, law};
 use glam::DVec3;
 
-/// Counts the frame, which began at `start` [s], for every tag at which both sides meet; those that have grown together are gone.
+/// Counts the frame, which began at `start` [s], for every tag at which both sides meet; those that have
+/// grown together are gone.
 pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &FramePlan, start: f64, frame: &mut FrameReport) {
     let Some(rule) = WeldRule::of(plan, start) else { return };
     for particle in particles {

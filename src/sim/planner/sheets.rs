@@ -1,6 +1,7 @@
 //! Deals sheets to blades: each visit of a blade to the clay is a cut of its own.
 //!
-//! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut perhaps, must not take the sides of that cut for its own.
+//! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut
+//! perhaps, must not take the sides of that cut for its own.
 
 use super::super::cut::SheetSet;
 use super::super::frame::{FramePlan, FrameReport};
@@ -10,13 +11,15 @@ use super::super::tool::{ToolPath, ToolShape};
 use glam::DVec3;
 use std::collections::VecDeque;
 
-/// How far a wire goes without parting anything before it counts as out of the clay [cells]. It touches nothing but what it tags, so where it rests, in the clay or out of
-/// it, it tags nothing; on its way through uncut clay it meets a particle every half cell.
+/// How far a wire goes without parting anything before it counts as out of the clay [cells]. It touches
+/// nothing but what it tags, so where it rests, in the clay or out of it, it tags nothing; on its way through
+/// uncut clay it meets a particle every half cell.
 const WIRE_REACH: f64 = 2.0;
 
-/// Which sheet each blade cuts, and which are in use. Whoever plans frames passes every plan through [`Self::deal`] and every report to [`Self::note`]. The
-/// plan of frame n depends on the reports up to that of frame n - 2, however early others come. [`Self::new`] knows the clay's cells; by default they have no width, and a
-/// wire that moves without parting anything is out of the clay.
+/// Which sheet each blade cuts, and which are in use. Whoever plans frames passes every plan through
+/// [`Self::deal`] and every report to [`Self::note`]. The plan of frame n depends on the reports up to that
+/// of frame n - 2, however early others come. [`Self::new`] knows the clay's cells; by default they have no
+/// width, and a wire that moves without parting anything is out of the clay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheets {
     /// Cell width [m].
@@ -40,7 +43,8 @@ struct BladeSheet {
     plan_id: u64,
     /// Whether the blade has touched clay since it got the sheet.
     is_in_clay: bool,
-    /// Whether the visit is over: the sheet is kept until the reports of all its frames are known, the blade gets another.
+    /// Whether the visit is over: the sheet is kept until the reports of all its frames are known, the blade
+    /// gets another.
     is_over: bool,
     is_wire: bool,
     /// The ends of a wire's line when the frames n and n - 1 ended, by the parity of their plans' ids [m].
@@ -92,13 +96,15 @@ impl Sheets {
         Self { cell_width: snapshot.domain.cell_width, used, ..Self::default() }
     }
 
-    /// Gives every blade of a plan its sheet: the one it has, or, when it is new or was not in the plan before, one that is free. Where none is, it is the one that was
-    /// dealt longest ago, and the frame's report will say so ([`Self::note`]).
+    /// Gives every blade of a plan its sheet: the one it has, or, when it is new or was not in the plan
+    /// before, one that is free. Where none is, it is the one that was dealt longest ago, and the frame's
+    /// report will say so ([`Self::note`]).
     pub fn deal(&mut self, plan: &mut FramePlan) {
         while let Some(noted) = self.noted.pop_front_if(|noted| noted.plan_id + 2 <= plan.id) {
             self.apply(&noted);
         }
-        // The reports up to a blade's last frame are known when a frame without it has been planned, and its sheet is free or in use.
+        // The reports up to a blade's last frame are known when a frame without it has been planned, and its
+        // sheet is free or in use.
         self.blades.retain(|blade| plan.id < blade.plan_id + 2);
         self.reused.retain(|reused| plan.id < reused + 2);
         let duration = plan.duration();
@@ -113,8 +119,8 @@ impl Sheets {
         }
     }
 
-    /// Takes note of what a report says of cuts; a frame given up says nothing. Marks the report as [`Health::CROWDED`] if a blade got a sheet of its frame that
-    /// another cut has.
+    /// Takes note of what a report says of cuts; a frame given up says nothing. Marks the report as
+    /// [`Health::CROWDED`] if a blade got a sheet of its frame that another cut has.
     pub fn note(&mut self, report: &mut FrameReport) {
         if self.reused.contains(&report.plan_id) {
             report.health.insert(Health::CROWDED);
@@ -126,7 +132,8 @@ impl Sheets {
         self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
     }
 
-    /// The blade of this id was taken away: if there is one in the next plan, it has been put down anew. Blades that are missing from a plan need no telling.
+    /// The blade of this id was taken away: if there is one in the next plan, it has been put down anew.
+    /// Blades that are missing from a plan need no telling.
     pub fn lift(&mut self, id: u32) {
         self.blades.iter_mut().filter(|blade| blade.id == id).for_each(|blade| blade.is_over = true);
     }
@@ -164,8 +171,8 @@ impl Sheets {
         self.blades.len() - 1
     }
 
-    /// The first sheet from `first` on, and around, that is free: neither in use nor a blade's. If there is none, of those in use the one dealt longest ago. Whether it is
-    /// free.
+    /// The first sheet from `first` on, and around, that is free: neither in use nor a blade's. If there is
+    /// none, of those in use the one dealt longest ago. Whether it is free.
     fn next(&self, first: u8) -> (u8, bool) {
         let is_held = |sheet: u8, is_over| self.blades.iter().any(|blade| blade.sheet == sheet && blade.is_over == is_over);
         let rank = |sheet: &u8| match self.dealt.iter().position(|dealt| dealt == sheet) {
@@ -220,7 +227,8 @@ mod tests {
         FrameReport { plan_id, tools: tools.into(), sheets: sheets.iter().copied().collect(), ..FrameReport::default() }
     }
 
-    /// A blade keeps its sheet while it is in the clay and until it touches clay; out of it, it gets one that nobody has.
+    /// A blade keeps its sheet while it is in the clay and until it touches clay; out of it, it gets one that
+    /// nobody has.
     #[test]
     fn each_visit_has_a_sheet_of_its_own() {
         let mut sheets = Sheets::default();
@@ -236,7 +244,8 @@ mod tests {
         assert_eq!(dealt(&mut sheets, 4), [5, 2, 3], "kept until it cuts");
     }
 
-    /// Where every sheet is in use, a visit takes the one that was dealt longest ago, those of the clay as loaded first, and its frame's report says so.
+    /// Where every sheet is in use, a visit takes the one that was dealt longest ago, those of the clay as
+    /// loaded first, and its frame's report says so.
     #[test]
     fn oldest_sheet_is_dealt_where_none_is_free() {
         let all: Vec<u8> = (1..=255).collect();
@@ -263,7 +272,8 @@ mod tests {
         assert_eq!(sheets.noted.len(), 2, "says nothing");
     }
 
-    /// A blade that is missing from a plan, or is said to have been taken away, has a sheet of its own when it is back, though it was never seen to leave the clay.
+    /// A blade that is missing from a plan, or is said to have been taken away, has a sheet of its own when
+    /// it is back, though it was never seen to leave the clay.
     #[test]
     fn blade_that_was_away_begins_anew() {
         let mut sheets = Sheets::default();
@@ -300,7 +310,8 @@ mod tests {
         assert!(sheets.blades.len() < 8);
     }
 
-    /// The sheet of a wire in each frame, which it ends at one of `rests`; it tags clay in the first frame alone.
+    /// The sheet of a wire in each frame, which it ends at one of `rests`; it tags clay in the first frame
+    /// alone.
     fn wire_sheets(rests: &[DVec3]) -> Vec<u8> {
         let mut sheets = Sheets { cell_width: 0.01, ..Sheets::default() };
         let mut dealt = vec![];
@@ -314,7 +325,8 @@ mod tests {
         dealt
     }
 
-    /// A wire that rests in its cut, creeps, trembles or is drawn along itself goes on with the cut; one that is drawn out of the clay begins another.
+    /// A wire that rests in its cut, creeps, trembles or is drawn along itself goes on with the cut; one that
+    /// is drawn out of the clay begins another.
     #[test]
     fn wire_keeps_its_sheet_where_it_rests() {
         let way = |at: &dyn Fn(f64) -> DVec3| wire_sheets(&(0..20).map(|i| at(f64::from(i))).collect::<Vec<_>>());

@@ -1,38 +1,50 @@
 //! The blade's side test: which side of a moving blade a point is on, and whether the blade swept over it.
 //!
-//! A point takes its side when it comes near the blade anew (within the band, with its foot inside the blade) or when the blade swept over it
-//! within the substep; the side is the one it was on before, or, coming from beside the blade, the one that it came to without going through the
-//! blade. It keeps the side while it is near and after the blade has left. Sides found from the present distance alone leak 4-97 % of the particles, these 0 % (a test sweeps the blade at up to 3 cells per substep).
+//! A point takes its side when it comes near the blade anew (within the band, with its foot inside the blade)
+//! or when the blade swept over it within the substep; the side is the one it was on before, or, coming from
+//! beside the blade, the one that it came to without going through the blade. It keeps the side while it is
+//! near and after the blade has left. Sides found from the present distance alone leak 4-97 % of the
+//! particles, these 0 % (a test sweeps the blade at up to 3 cells per substep).
 
 use super::path::{Motion, Pose};
 use super::profile::{Nearest, Profile};
 use super::shape::CONTACT_OFFSET;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-/// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a quadratic spline reaches 1.5.
+/// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a
+/// quadratic spline reaches 1.5.
 pub const BAND: f64 = 1.5;
 
-/// Acceleration of a node at `distance` [cells] before a plane, positive in the clay, by a traction t of the plane on the clay, over `t / (rho_s dx)`.
+/// Where a particle found behind a blade is put: this far in front of it [cells].
+pub const SET_BACK: f64 = 1e-3;
+
+/// Least reach [cells] that [`traction_share`] divides by: where hardly any clay reaches the node the share
+/// grows beyond all bounds.
+pub(crate) const TRACTION_REACH_MIN: f64 = 1e-3;
+
+/// Acceleration of a node at `distance` [cells] before a plane, positive in the clay, by a traction t of the
+/// plane on the clay, over `t / (rho_s dx)`.
 ///
-/// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic spline at the plane (it sums to 1), S the part of
-/// the spline, and so of the node's full mass, that is on the clay's side. 0 from [`BAND`] on.
+/// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic
+/// spline at the plane (it sums to 1), S the part of the spline, and so of the node's full mass, that is on
+/// the clay's side. 0 from [`BAND`] on.
 pub fn traction_share(distance: f64) -> f64 {
-    // Where hardly any clay reaches the node the share grows beyond all bounds [cells].
-    const LEAST: f64 = 1e-3;
     let (d, reach) = (distance, BAND - distance.abs());
     let (at_plane, in_clay) = match d {
         _ if reach <= 0.0 => (0.0, 1.0),
         _ if d > 0.5 => (0.5 * reach * reach, 1.0 - reach.powi(3) / 6.0),
-        _ if d < -0.5 => (3.0, reach.max(LEAST)),
+        _ if d < -0.5 => (3.0, reach.max(TRACTION_REACH_MIN)),
         _ => (0.75 - d * d, 0.5 + 0.75 * d - d.powi(3) / 3.0),
     };
     at_plane / in_clay
 }
 
-/// Velocity that a sticking blade leaves of `velocity` at a node `distance` [cells] before it, whose surface moves at `surface`, the normal towards the clay.
+/// Velocity that a sticking blade leaves of `velocity` at a node `distance` [cells] before it, whose surface
+/// moves at `surface`, the normal towards the clay.
 ///
-/// Across the plane the node is held up to [`CONTACT_OFFSET`]; along it the blade takes it along with a traction of at most the clay's shear strength k:
-/// `adhesion = k h / (rho_s dx)`, in the unit of the velocities.
+/// Across the plane the node is held up to [`CONTACT_OFFSET`]; along it the blade takes it along with a
+/// traction of at most the clay's shear strength k: `adhesion = k h / (rho_s dx)`, in the unit of the
+/// velocities.
 pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhesion: f64) -> DVec3 {
     let relative = velocity - surface;
     let leaving = relative.dot(normal);
@@ -76,7 +88,8 @@ pub(crate) enum Outline {
     },
 }
 
-/// A blade without thickness in motion over one substep. Lengths in metres or cells, as the caller likes, but all the same.
+/// A blade without thickness in motion over one substep. Lengths in metres or cells, as the caller likes, but
+/// all the same.
 #[derive(Clone, Copy, Debug)]
 pub struct Blade {
     /// Its shape; a wire's is the strip that it leaves behind.
@@ -115,12 +128,14 @@ pub struct Near {
     pub is_new: bool,
     /// Whether the blade holds the point off, being near or having swept over it.
     pub is_held: bool,
-    /// The side of the blade (+1 or -1) where the point came from; of one from beside the blade, the side that it came to round the rim.
+    /// The side of the blade (+1 or -1) where the point came from; of one from beside the blade, the side
+    /// that it came to round the rim.
     pub side_before: i8,
 }
 
 impl Near {
-    /// Whether a point of `side` has to be put back onto the blade's surface: it is at the blade and on its wrong side.
+    /// Whether a point of `side` has to be put back onto the blade's surface: it is at the blade and on its
+    /// wrong side.
     #[must_use]
     pub fn is_behind(&self, side: i8) -> bool {
         self.is_held && self.distance * f64::from(side) < 0.0
@@ -158,7 +173,9 @@ impl Outline {
                 let at = |q: DVec3| DVec2::new(q.x, q.z);
                 profile.crossings(at(a), at(b)).any(|t| a.lerp(b, t).y.abs() <= half_height)
             }
-            _ => (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside,
+            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Wire { .. } => {
+                (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside
+            }
         }
     }
 }
@@ -169,14 +186,17 @@ impl Blade {
         let band = BAND * cell;
         match outline {
             Outline::Wire { half_length } => Self::wire(half_length, motion, cell),
-            _ => Self { outline, band, motion, holds: true },
+            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } => {
+                Self { outline, band, motion, holds: true }
+            }
         }
     }
 
-    /// The strip that a wire leaves behind in the substep: along the wire and the way it goes, its front where the wire's is. A wire that stands, or moves
-    /// along itself, leaves none.
+    /// The strip that a wire leaves behind in the substep: along the wire and the way it goes, its front
+    /// where the wire's is. A wire that stands, or moves along itself, leaves none.
     fn wire(half_length: f64, motion: Motion, cell: f64) -> Self {
-        // Passed over by the strip, every point beside the cut has its turn: the way of a substep is at most a tenth of a cell.
+        // Passed over by the strip, every point beside the cut has its turn: the way of a substep is at most
+        // a tenth of a cell.
         let half_height = 0.5 * cell;
         let axis = motion.end.rotation * DVec3::X;
         let way = (motion.end.position - motion.start.position).reject_from(axis);
@@ -203,16 +223,17 @@ impl Blade {
         (self.outline, self.motion)
     }
 
-    /// Signed distance to the blade at the end of the substep and the unit normal of its front there, if `point` is in the band with its foot inside the blade,
-    /// and the blade holds clay off.
+    /// Signed distance to the blade at the end of the substep and the unit normal of its front there, if
+    /// `point` is in the band with its foot inside the blade, and the blade holds clay off.
     pub fn within_band(&self, point: DVec3) -> Option<(f64, DVec3)> {
         let foot = self.outline.foot(self.motion.end.to_local(point));
         let is_near = self.holds && foot.is_inside && foot.distance.abs() <= self.band;
         is_near.then(|| (foot.distance, self.motion.end.rotation * foot.normal))
     }
 
-    /// What the substep means to a particle that stands at `point`, having come from `previous` in the substep before, while the blade moves from start to
-    /// end. Where it came from counts: clay that flows round the rim and under the blade by its own motion comes near anew.
+    /// What the substep means to a particle that stands at `point`, having come from `previous` in the
+    /// substep before, while the blade moves from start to end. Where it came from counts: clay that flows
+    /// round the rim and under the blade by its own motion comes near anew.
     pub fn near(&self, previous: DVec3, point: DVec3) -> Near {
         let (before, after) = (self.motion.start.to_local(previous), self.motion.end.to_local(point));
         let (from, to) = (self.outline.foot(before), self.outline.foot(after));
@@ -238,10 +259,13 @@ impl Blade {
         }
     }
 
-    /// Whether a particle from beside the rim came to where it is through the blade. Its way is that of the substep before, when the blade was a step short of its start,
-    /// and then the blade's of this one. Set against the start alone, clay that the blade pushes ahead of itself and past its rim would seem to come from behind.
+    /// Whether a particle from beside the rim came to where it is through the blade. Its way is that of the
+    /// substep before, when the blade was a step short of its start, and then the blade's of this one. Set
+    /// against the start alone, clay that the blade pushes ahead of itself and past its rim would seem to
+    /// come from behind.
     fn is_crossed_from_beside(&self, previous: DVec3, before: DVec3, point: DVec3, after: DVec3) -> bool {
-        // As if the blade had always gone as it goes now: its own frame is linear in time up to the substep's small turn.
+        // As if the blade had always gone as it goes now: its own frame is linear in time up to the substep's
+        // small turn.
         let was = 2.0 * before - self.motion.end.to_local(previous);
         let now = self.motion.start.to_local(point);
         self.outline.is_crossed(was, now) != self.outline.is_crossed(now, after)
@@ -260,7 +284,8 @@ mod tests {
         Blade::new(Outline::Rectangle { half_width: 6.0, half_height: 6.0 }, motion, 1.0)
     }
 
-    /// Clay that fills the space before the plane and slides along it: its nodes get the traction's whole impulse, wherever between them the plane is.
+    /// Clay that fills the space before the plane and slides along it: its nodes get the traction's whole
+    /// impulse, wherever between them the plane is.
     #[test]
     fn traction_is_shared_out_whole() {
         for at in 0..100 {
@@ -273,7 +298,8 @@ mod tests {
         }
     }
 
-    /// Fast clay keeps what adhesion cannot take; slow clay sticks; across the plane it is held only where it touches.
+    /// Fast clay keeps what adhesion cannot take; slow clay sticks; across the plane it is held only where it
+    /// touches.
     #[test]
     fn sticking_clay_slides_beyond_its_strength() {
         let after = |speed, distance| stick(DVec3::new(speed, 0.0, 2.0), DVec3::X, DVec3::Z, distance, 0.3);
@@ -305,7 +331,8 @@ mod tests {
         assert_eq!((near.takes(true), near.is_near), (None, true));
     }
 
-    /// Clay that comes from beside the rim of a resting blade, from in front, is behind it if it went round, and belongs in front if it went through.
+    /// Clay that comes from beside the rim of a resting blade, from in front, is behind it if it went round,
+    /// and belongs in front if it went through.
     #[test]
     fn point_from_beside_the_rim_is_new() {
         let from = DVec3::new(0.1, 6.1, 0.0);
@@ -313,7 +340,8 @@ mod tests {
         assert_eq!((takes(5.95), takes(5.85)), (Some(-1), Some(1)));
     }
 
-    /// Clay that a blade pushes ahead of itself at its own speed slides past the rim to under it: it never was behind.
+    /// Clay that a blade pushes ahead of itself at its own speed slides past the rim to under it: it never
+    /// was behind.
     #[test]
     fn point_pushed_ahead_comes_from_ahead() {
         let near = blade(0.0, 0.25).near(DVec3::new(-0.15, 6.1, 0.0), DVec3::new(0.1, 5.9, 0.0));
@@ -325,7 +353,8 @@ mod tests {
         Motion { start: pose(from), end: pose(to), duration: 1.0 }
     }
 
-    /// A gouge: inside it is in front, its lip is its end, and what its bottom sweeps over is put back along the bottom's normal.
+    /// A gouge: inside it is in front, its lip is its end, and what its bottom sweeps over is put back along
+    /// the bottom's normal.
     #[test]
     fn bent_blade_has_the_sides_of_its_bend() {
         let profile = Profile::new(&[DVec2::new(-2.0, 2.0), DVec2::new(-2.0, 0.0), DVec2::new(2.0, 0.0), DVec2::new(2.0, 2.0)]);
@@ -349,7 +378,8 @@ mod tests {
         assert!(is_near(1.4, 1.0) && !is_near(1.6, 1.0) && is_near(0.1, -1.7) && !is_near(0.3, -1.7));
     }
 
-    /// A wire tags what it passes, on the side where the point is, whichever way the wire goes; it tags nothing twice, holds nothing off and, standing, does nothing.
+    /// A wire tags what it passes, on the side where the point is, whichever way the wire goes; it tags
+    /// nothing twice, holds nothing off and, standing, does nothing.
     #[test]
     fn wire_parts_what_it_passes() {
         for way in [DVec3::Y, DVec3::NEG_Y, DVec3::new(0.0, 0.8, 0.6)] {

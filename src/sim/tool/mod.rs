@@ -7,8 +7,8 @@ mod sampled;
 mod shape;
 mod touch;
 
-pub(crate) use blade::Outline;
-pub use blade::{BAND, Blade, Near, stick, traction_share};
+pub use blade::{BAND, Blade, Near, SET_BACK, stick, traction_share};
+pub(crate) use blade::{Outline, TRACTION_REACH_MIN};
 pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use profile::{PROFILE_POINTS, Profile};
 pub(crate) use sampled::{SPACING, Sample, Sampled, samples};
@@ -17,6 +17,7 @@ pub(crate) use touch::spline;
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};
 
 use super::params::ParamsError;
+use super::variants::variants;
 use serde::{Deserialize, Serialize};
 
 /// Friction between the two sides of a kept cut [-]: clay on clay slides at about 27 degrees.
@@ -26,7 +27,8 @@ pub const CUT_FRICTION: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Contact {
-    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be needed to take it along.
+    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be
+    /// needed to take it along.
     Stick,
     /// The clay slides along the tool without friction and cannot leave it.
     Slip,
@@ -37,6 +39,11 @@ pub enum Contact {
     },
 }
 
+variants! {
+    /// Every contact.
+    Contact: Stick, Slip, Separate { friction: 0.3 }
+}
+
 impl Default for Contact {
     /// Separating with friction 0.3, between oiled metal and wet clay.
     fn default() -> Self {
@@ -45,12 +52,25 @@ impl Default for Contact {
 }
 
 impl Contact {
+    /// Whether clay can leave the tool.
+    pub(crate) fn can_part(&self) -> bool {
+        match self {
+            Self::Stick | Self::Slip => false,
+            Self::Separate { .. } => true,
+        }
+    }
+
+    /// Whether the clay along a blade is taken along by it.
+    pub(crate) fn sticks(&self) -> bool {
+        match self {
+            Self::Stick => true,
+            Self::Slip | Self::Separate { .. } => false,
+        }
+    }
+
     /// Nodes closer than this [cells] to a solid tool take part in its contact.
     pub(crate) fn offset(&self) -> f64 {
-        match self {
-            Self::Stick | Self::Slip => CONTACT_OFFSET,
-            Self::Separate { .. } => TOUCH_OFFSET,
-        }
+        if self.can_part() { TOUCH_OFFSET } else { CONTACT_OFFSET }
     }
 }
 
@@ -67,7 +87,7 @@ pub struct Tool {
 impl Tool {
     /// Whether it is a solid tool that clay can leave.
     pub(crate) fn separates(&self) -> bool {
-        !self.shape.is_blade() && matches!(self.contact, Contact::Separate { .. })
+        !self.shape.is_blade() && self.contact.can_part()
     }
 
     /// Checks shape and contact.
@@ -80,7 +100,7 @@ impl Tool {
             Contact::Separate { friction } if !(friction.is_finite() && friction >= 0.0) => {
                 Err(ParamsError::new("friction", friction, "must be finite and not negative"))
             }
-            _ => Ok(()),
+            Contact::Stick | Contact::Slip | Contact::Separate { .. } => Ok(()),
         }
     }
 }

@@ -60,7 +60,8 @@ pub struct ToolPath {
     pub id: u32,
     /// The tool.
     pub tool: Tool,
-    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte. [`Sheets`](crate::sim::planner::Sheets) deals them.
+    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte.
+    /// [`Sheets`](crate::sim::planner::Sheets) deals them.
     #[serde(default)]
     pub sheet: u8,
     /// At least one sample; held before the first and after the last.
@@ -78,7 +79,8 @@ impl ToolPath {
         if self.sheet != 0 { self.sheet } else { self.id.to_le_bytes()[0].max(1) }
     }
 
-    /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays at the world's origin.
+    /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays
+    /// at the world's origin.
     pub fn pose_at(&self, time: f64) -> Pose {
         let next = self.samples.partition_point(|s| s.time <= time);
         match (next.checked_sub(1).map(|i| self.samples[i]), self.samples.get(next)) {

@@ -1,4 +1,5 @@
-//! The profile of a bent blade: a polyline in the blade's XZ plane, along which a strip of constant height is bent.
+//! The profile of a bent blade: a polyline in the blade's XZ plane, along which a strip of constant height is
+//! bent.
 
 use super::super::params::ParamsError;
 use glam::{DVec2, DVec3};
@@ -7,8 +8,8 @@ use serde::{Deserialize, Serialize};
 /// Most points of a profile: 32 rectangles, 64 triangles.
 pub const PROFILE_POINTS: usize = 33;
 
-/// Points (x, z) [m] in order; the front is to the left of the way along them, so that a straight profile along +X has it at +Z. A profile whose last point is its first is
-/// a ring.
+/// Points (x, z) [m] in order; the front is to the left of the way along them, so that a straight profile
+/// along +X has it at +Z. A profile whose last point is its first is a ring.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<DVec2>", into = "Vec<DVec2>")]
 pub struct Profile {
@@ -28,10 +29,18 @@ pub struct Nearest {
 }
 
 impl Profile {
+    /// A veiner's: 60 degrees between two flanks of 3 units.
+    pub(super) const V: Self = {
+        let mut points = [DVec2::ZERO; PROFILE_POINTS];
+        (points[0], points[2]) = (DVec2::new(-1.5, 2.6), DVec2::new(1.5, 2.6));
+        Self { points, count: 3 }
+    };
+
     /// A profile of these points [m].
     ///
     /// # Errors
-    /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite, or two in a row at one place.
+    /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite, or two in a row at
+    /// one place.
     pub fn new(points: &[DVec2]) -> Result<Self, ParamsError> {
         let error = |value: String, reason| Err(ParamsError::new("profile", value, reason));
         if !(2..=PROFILE_POINTS).contains(&points.len()) {

@@ -1,11 +1,13 @@
-//! Tools as clouds of points, for the methods of others: rigid particles (Hu et al. 2018) and interactive particles (Deng et al.).
+//! Tools as clouds of points, for the methods of others: rigid particles (Hu et al. 2018) and interactive
+//! particles (Deng et al.).
 
 use super::super::cutting::CuttingMethod;
-use super::{Motion, Profile, ToolShape};
+use super::{Motion, Outline, Profile, ToolShape};
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
-/// Greatest distance between neighbouring points [cells]: with half a cell, the 3^3 nodes of the points of a plane leave no hole, and one layer is closed.
+/// Greatest distance between neighbouring points [cells]: with half a cell, the 3^3 nodes of the points of a
+/// plane leave no hole, and one layer is closed.
 pub(crate) const SPACING: f64 = 0.5;
 
 /// Distances that differ by less are equal [cells].
@@ -26,22 +28,23 @@ fn row(half: f64, spacing: f64) -> impl Iterator<Item = f64> {
     (0..=count as u32).map(move |i| half * (2.0 * f64::from(i) / count - 1.0))
 }
 
-/// A shape's points, at most `spacing` apart: one layer of a blade, rim included; all of a solid. A wire has none.
+/// A shape's points, at most `spacing` apart: one layer of a blade, rim included; all of a solid. A wire has
+/// none.
 pub(crate) fn samples(shape: &ToolShape, spacing: f64) -> Vec<Sample> {
     let flat = |at| Sample { at, normal: DVec3::Z };
-    match *shape {
-        ToolShape::Blade { half_width, half_height } => {
+    match shape.outline() {
+        Some(Outline::Rectangle { half_width, half_height }) => {
             let line = |y| row(half_width, spacing).map(move |x| flat(DVec3::new(x, y, 0.0)));
             row(half_height, spacing).flat_map(line).collect()
         }
-        ToolShape::PointedBlade { half_width, half_height } => {
+        Some(Outline::Triangle { half_width, half_height }) => {
             let width = |y: f64| half_width * (y + half_height) / (2.0 * half_height);
             let line = |y| row(width(y), spacing).map(move |x| flat(DVec3::new(x, y, 0.0)));
             row(half_height, spacing).flat_map(line).collect()
         }
-        ToolShape::BentBlade { profile, half_height } => bent(&profile, half_height, spacing),
-        ToolShape::Wire { .. } => vec![],
-        _ => {
+        Some(Outline::Strip { profile, half_height }) => bent(&profile, half_height, spacing),
+        Some(Outline::Wire { .. }) => vec![],
+        None => {
             // The points of a lattice about the origin that are inside.
             let half = (shape.bounding_radius() / spacing).ceil();
             let axis = || row(half * spacing, spacing);
@@ -68,15 +71,17 @@ fn bent(profile: &Profile, half_height: f64, spacing: f64) -> Vec<Sample> {
 /// What a sampled tool is to the nodes in one substep.
 #[derive(Clone, Debug)]
 pub(crate) enum Sampled {
-    /// Of a blade's rigid particles, at the substep's end: the signed distance [cells] of the nodes about them from the nearest of them, and the front's normal there.
+    /// Of a blade's rigid particles, at the substep's end: the signed distance [cells] of the nodes about
+    /// them from the nearest of them, and the front's normal there.
     Sides(HashMap<IVec3, (f64, DVec3)>),
-    /// Of a tool's interactive particles, where they are at the substep's start: mass and momentum at the nodes.
+    /// Of a tool's interactive particles, where they are at the substep's start: mass and momentum at the
+    /// nodes.
     Mass(HashMap<IVec3, (f64, DVec3)>),
 }
 
 impl Sampled {
-    /// What `samples`, moved by `motion` and put into cells by `to_grid`, are under `method`: of `mass` each if they have any. The momentum has the unit of
-    /// `mass` and `motion`.
+    /// What `samples`, moved by `motion` and put into cells by `to_grid`, are under `method`: of `mass` each
+    /// if they have any. The momentum has the unit of `mass` and `motion`.
     pub(crate) fn new(
         method: CuttingMethod,
         samples: &[Sample],
@@ -118,7 +123,8 @@ impl Sampled {
         }
     }
 
-    /// Signed distance [cells] of a node from the nearest rigid particle and the normal of the front there, if the node is about one.
+    /// Signed distance [cells] of a node from the nearest rigid particle and the normal of the front there,
+    /// if the node is about one.
     pub(crate) fn side(&self, node: IVec3) -> Option<(f64, DVec3)> {
         match self {
             Self::Sides(sides) => sides.get(&node).copied(),
@@ -134,7 +140,8 @@ impl Sampled {
         }
     }
 
-    /// The side (+1, -1, or 0 where it is undecided) that most of the nodes of a particle at `at` [cells] have, `sign(sum w T |d|)`, if any of them has one.
+    /// The side (+1, -1, or 0 where it is undecided) that most of the nodes of a particle at `at` [cells]
+    /// have, `sign(sum w T |d|)`, if any of them has one.
     pub(crate) fn colour(&self, at: DVec3) -> Option<i8> {
         let sides = nodes(at).filter_map(|(node, weight)| Some(weight * self.side(node)?.0));
         let sum = sides.reduce(|a, b| a + b)?;
@@ -183,7 +190,8 @@ mod tests {
         );
     }
 
-    /// The points of a ball have its volume, those of a pointed blade are inside its outline, and mass and momentum reach the nodes whole.
+    /// The points of a ball have its volume, those of a pointed blade are inside its outline, and mass and
+    /// momentum reach the nodes whole.
     #[test]
     fn interactive_particles_fill_the_tool() {
         let ball = samples(&ToolShape::Sphere { radius: 3.0 }, SPACING);

@@ -1,14 +1,16 @@
 //! Tool shapes and their exact signed distances.
 
 use super::super::params::ParamsError;
+use super::super::variants::variants;
 use super::blade::Outline;
 use super::profile::Profile;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take part in the contact, so that the
-/// clay's outer face rests on the drawn surface. With 0 the face ends 0.26 (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held
-/// off by 1.0 to 1.2; `validate physics` measures it again (cases `tool offset`).
+/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take
+/// part in the contact, so that the clay's outer face rests on the drawn surface. With 0 the face ends 0.26
+/// (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held off by 1.0 to 1.2; `validate physics`
+/// measures it again (cases `tool offset`).
 pub const CONTACT_OFFSET: f64 = 0.4;
 
 /// A tool's shape in its own frame, in metres.
@@ -40,21 +42,24 @@ pub enum ToolShape {
         /// Half the extent along local Y [m].
         half_height: f64,
     },
-    /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice `half_width` at +`half_height`; its front along +Z.
+    /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice
+    /// `half_width` at +`half_height`; its front along +Z.
     PointedBlade {
         /// Half the base along local X [m].
         half_width: f64,
         /// Half the way from the tip to the base along local Y [m].
         half_height: f64,
     },
-    /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops, corrugated cutters.
+    /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops,
+    /// corrugated cutters.
     BentBlade {
         /// The bend.
         profile: Profile,
         /// Half the extent along local Y [m].
         half_height: f64,
     },
-    /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The front of its cut is where local Z points.
+    /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The
+    /// front of its cut is where local Z points.
     Wire {
         /// Half its length [m].
         half_length: f64,
@@ -66,6 +71,19 @@ pub enum ToolShape {
         /// Half the way from the tip, at -`half_height`, to the flat end [m].
         half_height: f64,
     },
+}
+
+variants! {
+    /// One of every shape, about three units wide.
+    ToolShape:
+        Sphere { radius: 3.2 },
+        Capsule { radius: 2.1, half_length: 2.5 },
+        Box { half_size: DVec3::new(2.3, 1.7, 3.1) },
+        Blade { half_width: 4.1, half_height: 3.4 },
+        Cone { radius: 3.1, half_height: 2.4 },
+        PointedBlade { half_width: 2.1, half_height: 4.3 },
+        BentBlade { profile: Profile::V, half_height: 3.4 },
+        Wire { half_length: 7.3 },
 }
 
 impl ToolShape {
@@ -94,7 +112,8 @@ impl ToolShape {
         }
     }
 
-    /// Outward unit normal of a solid shape at `local`: the gradient of [`Self::distance`]. Where that is not defined (the centre) it is +Y.
+    /// Outward unit normal of a solid shape at `local`: the gradient of [`Self::distance`]. Where that is not
+    /// defined (the centre) it is +Y.
     pub fn normal(&self, local: DVec3) -> DVec3 {
         let gradient = match *self {
             Self::Sphere { .. } => local,
@@ -144,6 +163,11 @@ impl ToolShape {
         self.outline().is_some()
     }
 
+    /// Whether the shape is a wire: it parts the clay and holds none off.
+    pub fn is_wire(&self) -> bool {
+        matches!(self.outline(), Some(Outline::Wire { .. }))
+    }
+
     /// What a blade or a wire is in its own plane or bend; none for a solid shape.
     pub(crate) fn outline(&self) -> Option<Outline> {
         Some(match *self {
@@ -151,7 +175,7 @@ impl ToolShape {
             Self::PointedBlade { half_width, half_height } => Outline::Triangle { half_width, half_height },
             Self::BentBlade { profile, half_height } => Outline::Strip { profile, half_height },
             Self::Wire { half_length } => Outline::Wire { half_length },
-            _ => return None,
+            Self::Sphere { .. } | Self::Capsule { .. } | Self::Box { .. } | Self::Cone { .. } => return None,
         })
     }
 
@@ -206,8 +230,8 @@ fn triangle_distance(corners: [DVec2; 3], q: DVec2) -> f64 {
     edges().map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local` and the axis the cone is a triangle: the slant
-/// from the tip to the rim, and the flat end.
+/// Signed distance from `local` to a cone, and the direction of its gradient. In the half plane of `local`
+/// and the axis the cone is a triangle: the slant from the tip to the rim, and the flat end.
 fn cone(radius: f64, half_height: f64, local: DVec3) -> (f64, DVec3) {
     let q = DVec2::new(local.x.hypot(local.z), local.y);
     // On the axis the slant's normal has no direction of its own.
@@ -236,17 +260,10 @@ fn cone(radius: f64, half_height: f64, local: DVec3) -> (f64, DVec3) {
 mod tests {
     use super::*;
 
-    const SHAPES: [ToolShape; 4] = [
-        ToolShape::Sphere { radius: 0.7 },
-        ToolShape::Capsule { radius: 0.3, half_length: 0.5 },
-        ToolShape::Box { half_size: DVec3::new(0.3, 0.5, 0.2) },
-        ToolShape::Cone { radius: 0.4, half_height: 0.3 },
-    ];
-
     /// Stepping back along the normal by the distance reaches the surface, from outside and inside.
     #[test]
     fn normal_times_distance_leads_to_surface() {
-        for shape in SHAPES {
+        for shape in ToolShape::ALL.into_iter().filter(|shape| !shape.is_blade()).map(|shape| shape.scaled(0.2)) {
             for i in 0..1000 {
                 let r = |k: i32| f64::from((i * 7919 + k * 104_729) % 2000) / 1000.0 - 1.0;
                 let x = DVec3::new(r(1), r(2), r(3));

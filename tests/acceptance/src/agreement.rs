@@ -209,6 +209,12 @@ pub fn laws() -> Vec<Agreement> {
     all.into_iter().map(|(name, material)| pressed(name, material, 0.0)).collect()
 }
 
+/// The same of every law that there is.
+pub fn all_laws() -> Vec<Agreement> {
+    let clay = |law| ClayMaterial { law, softening: 0.3, softening_length: 4.0 * CELL, ..soft() };
+    ClayLaw::ALL.into_iter().map(|law| pressed(law.identifier(), clay(law), 0.0)).collect()
+}
+
 /// Flowing particles that share their cell's volume ratio: uniform clay, and clay that the tool softens.
 pub fn averaging() -> Vec<Agreement> {
     let soft_near = ClayMaterial { softening: 0.4, hardening_modulus: 2e3, ..soft() };
@@ -236,14 +242,8 @@ pub fn pressed(name: &str, material: ClayMaterial, volume_averaging: f64) -> Agr
 /// Each solid tool with each contact, pressed into the block's top at 0.06 cells per substep while it slides.
 pub fn solid_tools() -> Vec<Agreement> {
     let mut cases = vec![];
-    let shapes = [
-        ToolShape::Sphere { radius: 3.2 * CELL },
-        ToolShape::Capsule { radius: 2.1 * CELL, half_length: 2.5 * CELL },
-        ToolShape::Box { half_size: DVec3::new(2.3, 1.7, 3.1) * CELL },
-        ToolShape::Cone { radius: 3.1 * CELL, half_height: 2.4 * CELL },
-    ];
-    for shape in shapes {
-        for contact in [Contact::Stick, Contact::Slip, SEPARATE] {
+    for shape in ToolShape::ALL.into_iter().filter(|shape| !shape.is_blade()).map(|shape| shape.scaled(CELL)) {
+        for contact in Contact::ALL {
             let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), ClayMaterial { softening: 0.4, ..soft() });
             let mut p = plan(&s, 0.25, 20, vec![]);
             let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.2, -0.9));
@@ -260,7 +260,7 @@ pub fn solid_tools() -> Vec<Agreement> {
 pub fn blades() -> Vec<Agreement> {
     let mut cases = vec![];
     for (name, step) in [("cut", DVec3::new(0.0, -3.0, 0.0)), ("sweep", DVec3::new(1.2, 0.0, 0.3))] {
-        for contact in [Contact::Stick, Contact::Slip, SEPARATE] {
+        for contact in Contact::ALL {
             let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
             let mut p = plan(&s, 0.25, 20, vec![]);
             let shape = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
@@ -294,6 +294,22 @@ pub fn other_blades() -> Vec<Agreement> {
         let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 7.07, 11.3);
         p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + step, turn)];
         cases.push(agreement_at_cut(name, s, p, 100));
+    }
+    cases
+}
+
+/// Every blade and wire that there is, pushed down aslant, with each contact.
+pub fn all_blades() -> Vec<Agreement> {
+    let mut cases = vec![];
+    for shape in ToolShape::ALL.into_iter().filter(ToolShape::is_blade).map(|shape| shape.scaled(CELL)) {
+        for contact in Contact::ALL {
+            let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
+            let mut p = plan(&s, 0.25, 20, vec![]);
+            let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.1, 7.57, 11.3);
+            let way = DVec3::new(0.3, -1.1, 0.2);
+            p.tools = vec![moving(&s, &p, Tool { shape, contact }, at, at + way, DQuat::from_rotation_y(0.4))];
+            cases.push(agreement_at_cut(format!("{} {contact:?}", shape.identifier()), s, p, 100));
+        }
     }
     cases
 }

@@ -63,17 +63,26 @@ fn welding_agrees() {
 }
 
 #[test]
+fn all_blades_agree() {
+    assert_all(agreement::all_blades());
+}
+
+#[test]
 fn laws_agree() {
     assert_all(agreement::laws());
 }
 
-/// The laws as published: the stress itself fades from the tool.
+/// The laws as published too, under which the stress itself fades from the tool.
 #[test]
-fn published_laws_agree() {
-    let law = |law| ClayMaterial { law, softening_length: 4.0 * CELL, ..soft() };
-    let all = [("as published", ClayLaw::AsPublished), ("as published, default d", ClayLaw::AsPublishedDefaultD)];
-    assert_all(all.into_iter().map(|(name, l)| agreement::pressed(name, law(l), 0.0)).collect());
+fn all_laws_agree() {
+    assert_all(agreement::all_laws());
 }
+
+/// The methods of others: all but the first.
+const METHODS: [CuttingMethod; CuttingMethod::ALL.len() - 1] = {
+    let [_, others @ ..] = CuttingMethod::ALL;
+    others
+};
 
 /// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
 fn compared(method: CuttingMethod) -> Vec<Agreement> {
@@ -103,24 +112,14 @@ fn compared(method: CuttingMethod) -> Vec<Agreement> {
         ];
         let tagged = if method.has_ghosts() { 300 } else { 0 };
         let name = format!("{method:?}: {name}");
-        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..special(name, s, p) });
+        cases.push(Agreement { position: 2e-6, strain: 6e-6, tagged, ..held_closely(name, s, p) });
     }
     cases
 }
 
 #[test]
-fn cuts_as_published_agree() {
-    assert_all(compared(CuttingMethod::Published));
-}
-
-#[test]
-fn cuts_by_rigid_particles_agree() {
-    assert_all(compared(CuttingMethod::RigidParticles));
-}
-
-#[test]
-fn interactive_particles_agree() {
-    assert_all(compared(CuttingMethod::InteractiveParticles));
+fn other_methods_agree() {
+    METHODS.into_iter().for_each(|method| assert_all(compared(method)));
 }
 
 #[test]
@@ -128,7 +127,7 @@ fn volume_averaging_agrees() {
     assert_all(agreement::averaging());
 }
 
-fn special(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
+fn held_closely(name: impl Into<String>, snapshot: Snapshot, plan: FramePlan) -> Agreement {
     Agreement { name: name.into(), case: Case { snapshot, plan }, position: 1e-6, strain: 3e-6, tagged: 0 }
 }
 
@@ -143,7 +142,7 @@ fn clamped_walls_agree() {
         let shift = s.domain.wall_nodes().1.x - s.domain.wall_nodes().0.x - 6 - 9;
         s.particles.iter_mut().for_each(|q| q.set_grid(q.grid() + f64::from(shift) * DVec3::X));
         p.validation.clamped_walls = true;
-        special(format!("clamped {kind:?}"), s, p)
+        held_closely(format!("clamped {kind:?}"), s, p)
     };
     assert_all([Wall::Separate, Wall::Slip, Wall::Stick].map(case).into());
 }
@@ -158,9 +157,9 @@ fn growing_balls_agree() {
         let tool = Tool { shape: ToolShape::Sphere { radius: 2.2 * CELL }, contact };
         p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.2, -0.1, 0.1), DQuat::IDENTITY)];
         p.validation.sphere_growth = 0.05 * CELL / p.dt;
-        special(format!("growing ball {contact:?}"), s, p)
+        held_closely(format!("growing ball {contact:?}"), s, p)
     };
-    assert_all([Contact::Stick, Contact::Slip, agreement::SEPARATE].map(case).into());
+    assert_all(Contact::ALL.map(case).into());
 }
 
 /// A block under the force of a manufactured solution, at a wall and in the open, with scaled inertia.
@@ -173,7 +172,7 @@ fn manufactured_force_agrees() {
     let case = Manufactured { amplitudes: DVec3::splat(0.1), length, low, phases, time: 0.0 };
     p.integrator = Integrator::Explicit { density_scale: 2.0 };
     p.validation.manufactured = Some(Manufactured { time: 0.4 * PI / case.frequency(&p.material), ..case });
-    assert_all(vec![special("manufactured", s, p)]);
+    assert_all(vec![held_closely("manufactured", s, p)]);
 }
 
 /// A block of which a shell of nodes is driven, and the middle free.
@@ -185,7 +184,7 @@ fn affine_drive_agrees() {
     let gradient = DMat3::from_cols_array(&[4.0, 1.0, -2.0, 5.0, -3.0, 2.0, -1.0, 3.0, 1.0]) * (2e-3 / p.dt);
     let drive = AffineDrive { gradient, about: at(4.3), free: [at(2.5), at(7.5)] };
     p.validation = Validation { affine_drive: Some(drive), ..Validation::default() };
-    assert_all(vec![special("driven", s, p)]);
+    assert_all(vec![held_closely("driven", s, p)]);
 }
 
 /// Two runs give the same bits, on one thread and on two.
@@ -196,9 +195,6 @@ fn runs_are_bit_identical() {
     assert!(one == run(2), "one thread against two");
     assert!(one == run(1), "two runs");
 }
-
-const METHODS: [CuttingMethod; 3] =
-    [CuttingMethod::Published, CuttingMethod::RigidParticles, CuttingMethod::InteractiveParticles];
 
 /// The same of the methods of others.
 #[test]
@@ -239,7 +235,7 @@ fn ghosts_move_with_the_blade() {
     s.particles[0].set_grid(at);
     let blade =
         Tool { shape: ToolShape::Blade { half_width: 4.1 * CELL, half_height: 4.2 * CELL }, contact: agreement::SEPARATE };
-    for cutting in [CuttingMethod::Published, CuttingMethod::RigidParticles] {
+    for cutting in METHODS.into_iter().filter(|method| method.has_ghosts()) {
         let mut p = FramePlan { cutting, gravity: DVec3::ZERO, ..plan(&s, 0.25, 1, vec![]) };
         let from = at - DVec3::Z * 0.35;
         p.tools = vec![moving(&s, &p, blade, from, from + DVec3::Z * 0.05, DQuat::IDENTITY)];

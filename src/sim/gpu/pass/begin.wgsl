@@ -1,4 +1,5 @@
-// One invocation: counts the substeps anew in each submission and, where a frame starts, clears its counters. Flags stay.
+// One invocation: counts the substeps anew in each submission and, where a frame starts, clears its counters.
+// Flags stay.
 
 @compute @workgroup_size(1)
 fn begin() {

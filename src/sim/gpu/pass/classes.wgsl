@@ -1,5 +1,5 @@
-// Enters the keys of tagged particles into the lists of the blocks that their stencils reach: the greatest first, so that nothing depends on
-// who entered first, not even which find no room.
+// Enters the keys of tagged particles into the lists of the blocks that their stencils reach: the greatest
+// first, so that nothing depends on who entered first, not even which find no room.
 
 @group(0) @binding(16) var<storage, read_write> cuts: array<atomic<u32>>;
 

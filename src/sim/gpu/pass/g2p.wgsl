@@ -1,4 +1,5 @@
-// Velocity and affine from the particle's own class's field, advection, elastic strain, return map; the stress of the next p2g.
+// Velocity and affine from the particle's own class's field, advection, elastic strain, return map; the
+// stress of the next p2g.
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
 

@@ -1,5 +1,5 @@
-// Momentum -> velocity: fold, sides, gravity, blades and cuts, solid tools, walls, in the order of the substep's definition.
-// One workgroup a block, one invocation a node.
+// Momentum -> velocity: fold, sides, gravity, blades and cuts, solid tools, walls, in the order of the
+// substep's definition. One workgroup a block, one invocation a node.
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
 @group(0) @binding(17) var<storage, read_write> impulses: array<vec4f>; // sums of a frame, by slot: walls, damping, 2 for each tool
@@ -76,9 +76,9 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     for (var f = 0u; f < CLASSES; f++) {
         if node.mass[f] > 0.0 { node.v[f] = (node.v[f] / node.mass[f] + params.gravity) * params.damping; }
     }
-    var is_ghost = false;
+    var is_outer = false;
     for (var axis = 0u; axis < 3u; axis++) {
-        if (folding.folds & (1u << axis)) != 0u && column(axis, block, k).role == 0u { is_ghost = true; }
+        if (folding.folds & (1u << axis)) != 0u && column(axis, block, k).role == 0u { is_outer = true; }
     }
 
     // Blades in order, then the fields that kept cuts divide.
@@ -87,10 +87,10 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         for (var t = 0u; t < params.tool_count; t++) {
             if (near & params.blades & (1u << t)) == 0u { continue; }
             var taken: Taken;
-            if !is_ghost { taken = against_blade(&node, t, n); }
+            if !is_outer { taken = against_blade(&node, t, n); }
             book(row, t, k, taken);
         }
-        if !is_ghost { exchange_all(&node, n); }
+        if !is_outer { exchange_all(&node, n); }
     }
 
     // Solid tools in order.
@@ -100,7 +100,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         var taken: Taken;
         let q = local_end(tool, n, vec3f(0.0));
         let s = distance_to(tool, q);
-        if !is_ghost && s < contact_offset(tool) {
+        if !is_outer && s < contact_offset(tool) {
             let share = select(1.0, closed_share(touching_at(slot, k), s), separates(tool));
             let normal = tool.end_rotation * normal_at(tool, q);
             let arm = vec3f(n - tool.end_cell) - tool.end_offset;
@@ -125,7 +125,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
                 workgroupBarrier();
                 let w = column(axis, block, k);
                 let is_folded = (folding.folds & (1u << axis)) != 0u;
-                if is_folded && w.role == 0u { node.v[c] = reflected(w.kind, axis, reflection[w.mirror]); }
+                if is_folded && w.role == 0u { node.v[c] = reflected(w.kind, axis, reflection[w.inner]); }
                 if is_folded && w.role == 1u { node.v[c] = 0.5 * (node.v[c] + reflected(w.kind, axis, node.v[c])); }
             }
         }

@@ -1,4 +1,5 @@
-// Marks the blocks whose nodes a particle may reach until the next re-bin: its stencil and one node around it.
+// Marks the blocks whose nodes a particle may reach until the next re-bin: its stencil and one node around
+// it.
 
 @group(0) @binding(6) var<storage, read_write> marks: array<u32>;
 

@@ -1,8 +1,9 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{CONTACT, CUTS, CUTS_WRITTEN, FOLD, LAW, STATE, TABLE, TOOL, TOUCH, YIELD};
+use super::wgsl::part::{CONTACT, CUTS, CUTS_WRITTEN, LAW, STATE, TABLE, TOOL, TOUCH, WALLS, YIELD};
 
-/// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its own.
+/// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
+/// own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
     pub name: &'static str,
@@ -43,13 +44,13 @@ passes! {
     Order = "order", false, [STATE];
     // Substep.
     Clear = "clear", false, [];
-    Average = "average", false, [STATE, LAW, TOOL, YIELD];
+    Averaging = "averaging", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     Classes = "classes", true, [STATE, TABLE];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
     Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
-    Sides = "sides", true, [FOLD, CUTS_WRITTEN];
-    Grid = "grid", false, [TABLE, CUTS, TOOL, TOUCH, CONTACT, FOLD];
+    Sides = "sides", true, [WALLS, CUTS_WRITTEN];
+    Grid = "grid", false, [TABLE, CUTS, TOOL, TOUCH, CONTACT, WALLS];
     G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
     Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL];

@@ -1,4 +1,5 @@
-// Mass and momentum of each class to the nodes, with the stress impulse, in fixed point: sums do not depend on their order.
+// Mass and momentum of each class to the nodes, with the stress impulse, in fixed point: sums do not depend
+// on their order.
 
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>;
 

@@ -1,4 +1,5 @@
-// State -> records (SI) and surface particles (24 bytes). What the substeps do not change comes from the particle's record before.
+// State -> records (SI) and surface particles (24 bytes). What the substeps do not change comes from the
+// particle's record before.
 
 @group(0) @binding(4) var<storage, read> records: array<u32>;
 @group(0) @binding(5) var<storage, read_write> stored: array<u32>;

@@ -1,8 +1,8 @@
-// Particles that a blade came near, or swept over, take their side of it (`tool::Blade::near`); those behind it are put back.
+// Particles that a blade came near, or swept over, take their side of it (`tool::Blade::near`); those behind
+// it are put back.
 
-const SET_BACK: f32 = 1e-3; // in front of the blade [cells]
-
-// Where the packed tags (sheet, side, sheet, side) hold a side of this sheet: 0 or 16, the shift of the tag; NONE if they do not.
+// Where the packed tags (sheet, side, sheet, side) hold a side of this sheet: 0 or 16, the shift of the tag;
+// NONE if they do not.
 const NONE: u32 = 32u;
 
 fn place_of(tags: u32, sheet: u32) -> u32 {

@@ -1,16 +1,5 @@
-// Sums over the particles, one partial sum a workgroup; the host adds them up in f64. In masses, cells and substeps.
-
-struct Total {
-    momentum: vec3f,
-    momentum_size: f32, // sum of m |v|
-    angular: vec3f, // about params.centre, with the affine part
-    kinetic: f32,
-    strain: vec3f, // sums of m |H|^2, m tr(H)^2, m J
-    mass: f32,
-    ratio: vec2f, // least and greatest J
-    reach: f32, // greatest |v + A d|
-    spare: f32,
-}
+// Sums over the particles, one partial sum a workgroup; the host adds them up in f64. In masses, cells and
+// substeps.
 
 @group(0) @binding(18) var<storage, read_write> totals: array<Total>;
 

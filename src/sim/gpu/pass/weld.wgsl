@@ -1,4 +1,5 @@
-// Where the two sides of a cut, pressed on each other, grow together: at a frame's end, by the node masses of its last substep.
+// Where the two sides of a cut, pressed on each other, grow together: at a frame's end, by the node masses of
+// its last substep.
 
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;
 

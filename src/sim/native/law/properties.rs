@@ -96,7 +96,8 @@ proptest! {
         prop_assert!(distance(matrix_of(&of_state), matrix_of(&after.stress)) < 2e-6 * 0.1);
     }
 
-    /// Exponential after logarithm is the strain again: the series within their reach, eigenvalues for stretches of 1/7 to 7.
+    /// Exponential after logarithm is the strain again: the series within their reach, eigenvalues for
+    /// stretches of 1/7 to 7.
     #[test]
     fn exponential_undoes_logarithm(e in strain(0.5), large in strain(2.0)) {
         let norm = contraction(e, e).sqrt();

@@ -43,6 +43,32 @@ fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Every law agrees with the oracle, or a plan with it is refused by its name; and it is those of the paper that are.
+fn laws_agree_or_are_refused(engine: &mut GpuEngine) -> Result<(), Failed> {
+    for agreement in agreement::all_laws() {
+        let law = agreement.case.plan.material.law;
+        if !law.is_as_published() {
+            assert_close(engine, &agreement);
+            continue;
+        }
+        engine.load(&agreement.case.snapshot).map_err(|e| e.to_string())?;
+        let error = engine.submit(agreement.case.plan).expect_err("a refusal").to_string();
+        assert!(error.contains(&format!("law = {}:", law.identifier())), "{error}");
+    }
+    Ok(())
+}
+
+/// Plans with the methods of others are refused by their names.
+fn other_methods_are_refused(engine: &mut GpuEngine) -> Result<(), Failed> {
+    let case = agreement::mixed();
+    engine.load(&case.snapshot).map_err(|e| e.to_string())?;
+    for cutting in CuttingMethod::ALL.into_iter().filter(|method| !method.keeps_cuts()) {
+        let error = engine.submit(FramePlan { cutting, ..case.plan.clone() }).expect_err("a refusal").to_string();
+        assert!(error.contains(&format!("cutting = {}:", cutting.identifier())), "{error}");
+    }
+    Ok(())
+}
+
 type Test = (&'static str, Box<dyn FnOnce() -> Result<(), Failed> + Send>);
 
 fn with_engine(name: &'static str, test: fn(&mut GpuEngine) -> Result<(), Failed>) -> Test {
@@ -61,9 +87,12 @@ fn main() {
         cases("asymmetric_deformation_agrees", agreement::asymmetric_deformation),
         cases("solid_tools_agree", agreement::solid_tools),
         cases("laws_agree", agreement::laws),
+        with_engine("all_laws_agree_or_are_refused", laws_agree_or_are_refused),
+        with_engine("other_methods_are_refused", other_methods_are_refused),
         cases("volume_averaging_agrees", agreement::averaging),
         cases("blades_agree", agreement::blades),
         cases("other_blades_agree", agreement::other_blades),
+        cases("all_blades_agree", agreement::all_blades),
         cases("kept_cut_agrees", agreement::kept_cut),
         cases("crossed_cuts_agree", agreement::crossed_cuts),
         cases("cut_through_cuts_agrees", agreement::recut),

@@ -12,7 +12,7 @@ use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::gpu::{SurfaceRoom, flag};
 use bevy_clay::surface::grains::extract_with_grains;
 use bevy_clay::surface::mesh::Mesh;
-use bevy_clay::surface::weld::print_ready;
+use bevy_clay::surface::stitch::print_ready;
 use clay_acceptance::cases::surface::clay::{
     CELL, CutCube, Random, affine, ball, changed, domain, lattice, scattered, source, with_dust,
 };

@@ -4,7 +4,7 @@
 use bevy_clay::surface::extract::{extract, extract_by};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::labels::{CutMethod, Rules};
-use bevy_clay::surface::weld::print_ready;
+use bevy_clay::surface::stitch::print_ready;
 use clay_acceptance::cases::surface::clay::{CutCube, Random, affine};
 use glam::DMat3;
 

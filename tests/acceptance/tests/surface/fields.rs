@@ -4,7 +4,7 @@ use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::Field;
 use bevy_clay::surface::oracle::euler_number_of_nodes;
-use bevy_clay::surface::weld::separate;
+use bevy_clay::surface::stitch::separate;
 use clay_acceptance::cases::surface::clay::Random;
 use proptest::prelude::*;
 

@@ -5,7 +5,7 @@ use bevy_clay::surface::extract::{extract, extract_by};
 use bevy_clay::surface::field::{Field, SurfaceSettings};
 use bevy_clay::surface::labels::{CutMethod, Rules};
 use bevy_clay::surface::mesh::Mesh;
-use bevy_clay::surface::weld::print_ready;
+use bevy_clay::surface::stitch::print_ready;
 use clay_acceptance::cases::surface::clay::{CELL, CUBE_CENTRE, Lips, Random, domain, lattice, source, upright};
 use glam::{DMat3, DVec3, Vec3};
 

@@ -4,7 +4,7 @@ use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::mesh::Mesh;
-use bevy_clay::surface::weld::print_ready;
+use bevy_clay::surface::stitch::print_ready;
 use glam::{DMat3, DVec3};
 
 /// The generator `SplitMix64`: the same numbers everywhere.

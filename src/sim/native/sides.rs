@@ -1,15 +1,16 @@
 //! Which cuts divide the clay at a node, and how it moves then: compatibility of Eq. 2-3 as fields.
 //!
-//! Each sheet divides a node apart from the others: in the band of its blade by the sign of the node's distance, elsewhere where most of the node's mass is
-//! tagged by it. Clay that it has not tagged moves with the owner's side. A field is the clay that is beyond the same divisions.
+//! Each sheet divides a node apart from the others: in the band of its blade by the sign of the node's
+//! distance, elsewhere where most of the node's mass is tagged by it. Clay that it has not tagged moves with
+//! the owner's side. A field is the clay that is beyond the same divisions.
 
 use super::super::cut::CutKey;
+use super::super::limits;
 use super::contact::ToolNow;
-use super::special::Meeting;
+use super::meeting::Meeting;
 use glam::{DVec3, IVec3};
 
-/// Most sheets that divide one node: particles know two, and a node sees those within 1.5 cells. The sheets of the lowest numbers count.
-const DIVISIONS_MAX: usize = 4;
+const DIVISIONS_MAX: usize = limits::DIVISIONS_MAX as usize;
 /// Most fields of a node.
 const FIELDS_MAX: usize = 1 << DIVISIONS_MAX;
 
@@ -31,7 +32,8 @@ pub(super) struct Divisions {
 }
 
 impl Divisions {
-    /// The divisions of the node at `node` with these classes of these masses; `sheets` are those of the classes and of the blades, in order.
+    /// The divisions of the node at `node` with these classes of these masses; `sheets` are those of the
+    /// classes and of the blades, in order.
     pub(super) fn new(node: IVec3, keys: &[CutKey], sheets: &[u8], mass: impl Fn(usize) -> f64, meeting: &Meeting<'_>) -> Self {
         let mut divisions = Self::default();
         for &sheet in sheets {
@@ -69,7 +71,8 @@ impl Divisions {
         self.iter().enumerate().map(|(i, d)| u8::from(key.side(d.sheet) == -d.owner) << i).sum()
     }
 
-    /// The blade, the first of the plan, that makes the node incompatible with the clay of `key`, and the side of it on which that is.
+    /// The blade, the first of the plan, that makes the node incompatible with the clay of `key`, and the
+    /// side of it on which that is.
     pub(super) fn incompatible(&self, key: CutKey) -> Option<(u8, i8)> {
         let beyond = self.iter().filter(|d| key.side(d.sheet) == -d.owner);
         beyond.filter_map(|d| Some((d.blade?, -d.owner))).min_by_key(|b| b.0)
@@ -80,8 +83,8 @@ impl Divisions {
         if beyond >> i & 1 == 1 { -self.items[i].owner } else { self.items[i].owner }
     }
 
-    /// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a blade stands between them, which acts
-    /// on both, or where a cut has no normal.
+    /// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None
+    /// where a blade stands between them, which acts on both, or where a cut has no normal.
     pub(super) fn pair_normal(&self, a: u8, b: u8, mut normal: impl FnMut(u8) -> Option<DVec3>) -> Option<DVec3> {
         let mut sum = DVec3::ZERO;
         for (i, division) in self.iter().enumerate().filter(|(i, _)| (a ^ b) >> i & 1 == 1) {

@@ -1,11 +1,8 @@
-// Walls fold ghost nodes onto their mirrors, axis by axis, each class apart. One workgroup a block, one invocation a node: a wall's
-// three nodes (ghost, wall, mirror) stand in one block.
+// Walls fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one
+// invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;
-
-const WALL_STICK: u32 = 1u;
-const WALL_SEPARATE: u32 = 2u;
 
 struct Sums { c: array<vec4f, CLASSES> } // momentum and mass of each class
 
@@ -25,11 +22,11 @@ fn own_sums(slot: u32, k: u32) -> Sums {
 struct Column {
     is_wall: bool, // whether there is a wall and the node stands in its column
     kind: u32,
-    role: u32, // 0 ghost, 1 wall, 2 mirror
+    role: u32, // 0 outer, 1 wall, 2 inner
     inward: f32,
-    ghost: u32,
+    outer: u32,
     wall: u32,
-    mirror: u32,
+    inner: u32,
 }
 
 fn is_at_wall(block: vec3i) -> bool {
@@ -44,9 +41,9 @@ fn column(axis: u32, block: vec3i, k: u32) -> Column {
     let line = k - c * stride;
     let kind = (params.wall_kinds >> (2u * (axis + select(0u, 3u, is_high)))) & 3u;
     let role = select(c, 2u - min(c, 2u), is_high);
-    let ghost = line + select(0u, 2u * stride, is_high);
-    let mirror = line + select(2u * stride, 0u, is_high);
-    return Column((is_low || is_high) && c < 3u, kind, role, select(1.0, -1.0, is_high), ghost, line + stride, mirror);
+    let outer = line + select(0u, 2u * stride, is_high);
+    let inner = line + select(2u * stride, 0u, is_high);
+    return Column((is_low || is_high) && c < 3u, kind, role, select(1.0, -1.0, is_high), outer, line + stride, inner);
 }
 
 // The components that the image of clay in a wall has reversed.
@@ -62,18 +59,19 @@ fn total_at(k: u32, axis: u32, inward: f32) -> vec2f {
     return vec2f(totals[k][axis] * inward, totals[k].w);
 }
 
-// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
+// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer node.
 fn reaction(column_: Column, axis: u32) -> f32 {
-    let ghost = total_at(column_.ghost, axis, column_.inward);
+    let outer = total_at(column_.outer, axis, column_.inward);
     let wall = total_at(column_.wall, axis, column_.inward);
-    let mirror = total_at(column_.mirror, axis, column_.inward);
-    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
-    if ghost.y <= WALL_TOUCH * (ghost.y + wall.y + mirror.y) { return 0.0; }
+    let inner = total_at(column_.inner, axis, column_.inward);
+    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
+    // touch yet.
+    if outer.y <= WALL_TOUCH * (outer.y + wall.y + inner.y) { return 0.0; }
     let gravity = params.gravity[axis] * column_.inward;
-    let mass = mirror.y + ghost.y;
+    let mass = inner.y + outer.y;
     var velocity = 0.0;
-    if mass > 0.0 { velocity = (mirror.x - ghost.x) / mass + gravity; }
-    return (mirror.y - ghost.y) * velocity - (mirror.x + wall.x + ghost.x) - (mass + wall.y) * gravity;
+    if mass > 0.0 { velocity = (inner.x - outer.x) / mass + gravity; }
+    return (inner.y - outer.y) * velocity - (inner.x + wall.x + outer.x) - (mass + wall.y) * gravity;
 }
 
 struct Folding { sums: Sums, folds: u32 } // bit a: the node's column along axis a is folded
@@ -95,8 +93,8 @@ fn fold(own: Sums, block: vec3i, k: u32) -> Folding {
         for (var c = 0u; c < CLASSES; c++) {
             exchanged[k] = here.c[c];
             workgroupBarrier();
-            let ghost = exchanged[w.ghost];
-            if is_folded && w.role == 2u { here.c[c] += vec4f(reflected(w.kind, axis, ghost.xyz), ghost.w); }
+            let outer = exchanged[w.outer];
+            if is_folded && w.role == 2u { here.c[c] += vec4f(reflected(w.kind, axis, outer.xyz), outer.w); }
             if is_folded && w.role == 0u { here.c[c] = vec4f(0.0); }
             workgroupBarrier();
         }

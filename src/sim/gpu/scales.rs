@@ -5,15 +5,18 @@ use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::layout::Status;
 
-/// Greatest sum of the weights of a node over particles that stand one to a cell: 0.5 + 0.75 + 0.5 along each axis.
+/// Greatest sum of the weights of a node over particles that stand one to a cell: 0.5 + 0.75 + 0.5 along each
+/// axis.
 const WEIGHT_SUM_MAX: f64 = 1.75 * 1.75 * 1.75;
-/// Headroom of the speed bound over the last speed known: a frame that needs more is redone with more. Each bit of headroom is a bit of the momentum.
+/// Headroom of the speed bound over the last speed known: a frame that needs more is redone with more. Each
+/// bit of headroom is a bit of the momentum.
 const REACH_HEADROOM: f64 = 2.0;
 /// Headroom of the cell count over the last known.
 const CELL_COUNT_HEADROOM: f64 = 1.25;
 /// Headroom of the node mass over the last known.
 const NODE_MASS_HEADROOM: f64 = 1.5;
-/// The least bound on speed [cells/substep]: 2^-12 makes the momentum's quantum 2^-36, far below what f32 resolves.
+/// The least bound on speed [cells/substep]: 2^-12 makes the momentum's quantum 2^-36, far below what f32
+/// resolves.
 const REACH_MIN: f64 = 1.0 / 4096.0;
 /// Part of the margin of one cell that particles may use between two re-bins.
 const MARGIN: f64 = 0.9;
@@ -66,9 +69,10 @@ impl Scales {
         Self::serving(reach, count as u32, NODE_MASS_HEADROOM * forecast.node_mass, forecast.mass_max)
     }
 
-    /// The finest scales that serve particles up to `reach` [cells/substep], up to `cell_count` of them, each up to `mass_max`, in a cell, and nodes up
-    /// to `node_mass`. A node's mass is bounded by the cell count, whatever happens, so it tells the truth; a node's momentum by its mass, which
-    /// the grid pass holds to its limit.
+    /// The finest scales that serve particles up to `reach` [cells/substep], up to `cell_count` of them, each
+    /// up to `mass_max`, in a cell, and nodes up to `node_mass`. A node's mass is bounded by the cell count,
+    /// whatever happens, so it tells the truth; a node's momentum by its mass, which the grid pass holds to
+    /// its limit.
     #[expect(clippy::cast_possible_truncation, reason = "powers of two")]
     pub(super) fn serving(reach: f64, cell_count: u32, node_mass: f64, mass_max: f64) -> Self {
         let reach = 2f64.powf(reach.max(REACH_MIN).log2().ceil());
@@ -83,8 +87,8 @@ impl Scales {
         }
     }
 
-    /// Scales that serve more: the bound doubled that `status` says was met. By how much depends on what the device had done when it stopped, which
-    /// differs from run to run.
+    /// Scales that serve more: the bound doubled that `status` says was met. By how much depends on what the
+    /// device had done when it stopped, which differs from run to run.
     pub(super) fn relaxed(&self, status: &Status, mass_max: f64) -> Self {
         let (mut reach, mut cell_count) = (f64::from(self.reach_limit), self.cell_count_limit);
         let mut node_mass = f64::from(self.node_mass_limit).max(mass_max);
@@ -106,7 +110,8 @@ pub(super) fn interval(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Fo
     let travel = (1.5 * forecast.speed + gained) * dt / domain.cell_width + tool_travel(plan, domain, dt);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a small count")]
     let substeps = (MARGIN / travel.max(1e-9)).clamp(1.0, f64::from(INTERVAL_MAX)) as u32;
-    // Volumes are averaged where the particles have just been sorted: a power of two divides the substeps between two averagings.
+    // Volumes are averaged where the particles have just been sorted: a power of two divides the substeps
+    // between two averagings.
     if plan.volume_averaging > 0.0 { 1 << substeps.min(AVERAGING_INTERVAL).ilog2() } else { substeps }
 }
 

@@ -7,9 +7,9 @@ use glam::{DVec3, IVec3};
 /// A column of nodes across a wall.
 pub(super) struct Column {
     pub(super) axis: usize,
-    pub(super) ghost: usize,
+    pub(super) outer: usize,
     pub(super) wall: usize,
-    pub(super) mirror: usize,
+    pub(super) inner: usize,
     pub(super) kind: Wall,
     /// Direction away from the wall along the axis.
     pub(super) inward: f64,
@@ -25,7 +25,8 @@ impl Column {
         v
     }
 
-    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a separating wall, none into it.
+    /// What a clamped wall leaves of a velocity: none at a stick wall, else none along the axis, or, of a
+    /// separating wall, none into it.
     pub(super) fn clamp(&self, mut v: DVec3) -> DVec3 {
         if self.kind == Wall::Stick {
             return DVec3::ZERO;
@@ -54,8 +55,8 @@ pub(super) fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
                     local(c[0], c[1], c[2])
                 };
                 let w = wall % BLOCK;
-                let (ghost, wall, mirror) = (at(w - inward), at(w), at(w + inward));
-                columns.push(Column { axis, ghost, wall, mirror, kind, inward: f64::from(inward) });
+                let (outer, wall, inner) = (at(w - inward), at(w), at(w + inward));
+                columns.push(Column { axis, outer, wall, inner, kind, inward: f64::from(inward) });
             }
         }
     }

@@ -1,7 +1,5 @@
-// Anti-locking: flowing particles of a cell and class share part of their ln J. Runs where the particles have just been sorted by cell: the first
-// of each cell does the work of all.
-
-const FLOWING: f32 = 0.99; // share of the yield norm
+// Anti-locking: flowing particles of a cell and class share part of their ln J. Runs where the particles have
+// just been sorted by cell: the first of each cell does the work of all.
 
 fn cell_of(i: u32) -> u32 {
     return bitcast<u32>(state[at(POSITION, i)].w);
@@ -43,7 +41,7 @@ fn dilate(i: u32, change: f32) {
 }
 
 @compute @workgroup_size(WORKGROUP)
-fn average(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
+fn averaging(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let first = invocation(group, groups, k);
     if first >= params.particle_count || is_halted() { return; }
     let packed = cell_of(first);

@@ -3,8 +3,8 @@
 use super::super::super::cut::CutKey;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
-use super::super::division::Divisions;
 use super::super::ghost::{Ghosts, Incompatible};
+use super::super::sides::Divisions;
 use super::{Block, Meeting, offset};
 use glam::{DVec3, IVec3};
 

@@ -1,23 +1,24 @@
-//! The grid update of a block where walls, tools or the two sides of a cut meet. In f64, one node after the other.
+//! The grid update of a block where walls, tools or the two sides of a cut meet. In f64, one node after the
+//! other.
 //!
 //! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
 
-mod column;
 mod compared;
+mod walls;
 
 use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
 use super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
-use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
+use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
 use super::contact::ToolNow;
-use super::division::{Divisions, Fields};
 use super::ghost::Ghosts;
 use super::grid::{ClassMasses, CutBlock, GridReport, GridStep, Nodes, local};
+use super::sides::{Divisions, Fields};
 use super::simd::Node;
 use super::state::NEIGHBOURS;
 use super::touching::Touching;
-use column::{Column, columns};
 use glam::{DVec3, IVec3};
+use walls::{Column, columns};
 
 /// Walls and tools of one substep.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +53,8 @@ impl Sum {
     }
 }
 
-/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from each node.
+/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from
+/// each node.
 struct Classes {
     /// Untagged clay first, then the tagged classes in order.
     keys: Vec<CutKey>,
@@ -75,7 +77,7 @@ impl Classes {
         let keys = std::iter::once(CutKey::UNTAGGED).chain(tagged().map(|t| *t.0)).collect();
         let own: Vec<[Sum; 64]> = std::iter::once(nodes).chain(tagged().map(|t| t.1)).map(sums).collect();
         let mut classes = Self { keys, folded: own.clone(), own, folds: vec![], clamps: vec![] };
-        let is_clamped = step.special.is_some_and(|special| special.clamped_walls);
+        let is_clamped = step.imposed.is_some_and(|imposed| imposed.clamped_walls);
         for column in columns(block, domain) {
             if is_clamped {
                 classes.clamps.push(column);
@@ -86,27 +88,29 @@ impl Classes {
         classes
     }
 
-    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the ghost.
+    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer
+    /// node.
     fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
         let total = |k: usize| {
             let sum = self.folded.iter().fold(Sum::default(), |s, class| s.plus(class[k]));
             (sum.mass, sum.momentum[c.axis] * c.inward)
         };
-        let ((m_ghost, ghost), (m_wall, wall), (m_mirror, mirror)) = (total(c.ghost), total(c.wall), total(c.mirror));
-        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not touch yet.
-        if m_ghost <= WALL_TOUCH * (m_ghost + m_wall + m_mirror) {
+        let ((m_outer, outer), (m_wall, wall), (m_inner, inner)) = (total(c.outer), total(c.wall), total(c.inner));
+        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
+        // touch yet.
+        if m_outer <= WALL_TOUCH * (m_outer + m_wall + m_inner) {
             return 0.0;
         }
         let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;
-        let mass = m_mirror + m_ghost;
-        let velocity = if mass > 0.0 { (mirror - ghost) / mass + gravity } else { 0.0 };
-        (m_mirror - m_ghost) * velocity - (mirror + wall + ghost) - (mass + m_wall) * gravity
+        let mass = m_inner + m_outer;
+        let velocity = if mass > 0.0 { (inner - outer) / mass + gravity } else { 0.0 };
+        (m_inner - m_outer) * velocity - (inner + wall + outer) - (mass + m_wall) * gravity
     }
 
     fn fold(&mut self, column: Column) {
         for class in &mut self.folded {
-            let ghost = std::mem::take(&mut class[column.ghost]);
-            class[column.mirror] = class[column.mirror].plus(Sum { momentum: column.reflect(ghost.momentum), ..ghost });
+            let outer = std::mem::take(&mut class[column.outer]);
+            class[column.inner] = class[column.inner].plus(Sum { momentum: column.reflect(outer.momentum), ..outer });
         }
         self.folds.push(column);
     }
@@ -144,7 +148,7 @@ struct Block<'a> {
     velocity: Vec<[DVec3; 64]>,
     /// Impulse of tools and of other fields on the node.
     pushed: [DVec3; 64],
-    is_ghost: [bool; 64],
+    is_outer: [bool; 64],
     /// Where nodes are incompatible with each class, under the methods that know such; else none.
     ghosts: Vec<Ghosts>,
     /// Masses of the clay that touches separating tools.
@@ -216,7 +220,8 @@ impl SheetMasses {
     }
 }
 
-/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses stay as they were summed.
+/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
+/// stay as they were summed.
 pub(super) fn update<'a>(
     nodes: &mut Nodes,
     cut: Option<&mut CutBlock>,
@@ -227,7 +232,7 @@ pub(super) fn update<'a>(
 ) -> GridReport {
     let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting.domain);
     let mut b = Block::new(classes, block, step, meeting, masses_of);
-    for k in (0..64).filter(|k| !b.is_ghost[*k]).collect::<Vec<_>>() {
+    for k in (0..64).filter(|k| !b.is_outer[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
     b.unfold(block, step);
@@ -246,7 +251,7 @@ impl<'a> Block<'a> {
     /// Tells the sides apart and makes momentum velocity.
     fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>, masses_of: &'a MassesOf<'a>) -> Self {
         let mut gravity = [step.gravity; 64];
-        if step.special.is_some() {
+        if step.imposed.is_some() {
             // A manufactured solution's body force is dear: none where there is no clay.
             let is_used = |k: usize| classes.own.iter().chain(&classes.folded).any(|class| class[k].mass != 0.0);
             gravity =
@@ -282,10 +287,10 @@ impl<'a> Block<'a> {
                 }
             }
         }
-        let mut is_ghost = [false; 64];
-        classes.folds.iter().for_each(|c| is_ghost[c.ghost] = true);
+        let mut is_outer = [false; 64];
+        classes.folds.iter().for_each(|c| is_outer[c.outer] = true);
         let mut report = GridReport::of_tools(meeting.tools.len());
-        if step.damping != 1.0 || step.special.is_some() {
+        if step.damping != 1.0 || step.imposed.is_some() {
             let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
             report.damping_impulse = own().map(|(s, g)| s.momentum + s.mass * g).sum::<DVec3>() * (step.damping - 1.0);
             report.body_impulse = own().map(|(s, g)| s.mass * (g - step.gravity)).sum();
@@ -299,7 +304,7 @@ impl<'a> Block<'a> {
             field,
             velocity,
             pushed,
-            is_ghost,
+            is_outer,
             ghosts,
             touching,
             gravity,
@@ -332,7 +337,7 @@ impl<'a> Block<'a> {
             for &(beyond, f) in fields.as_slice() {
                 let sign = f64::from(divisions.side(beyond, i));
                 let (field, normal, distance) = (usize::from(f), front * sign, distance * sign);
-                if tool.contact == Contact::Stick {
+                if tool.contact.sticks() {
                     let surface = tool.motion.velocity_at(world);
                     let after = tool::stick(self.velocity[field][k], surface, normal, distance, step.adhesion);
                     self.push(k, field, (index, tool), world, after);
@@ -415,27 +420,27 @@ impl<'a> Block<'a> {
         self.velocity[a][k] -= impulse / m_a;
     }
 
-    /// Wall nodes stand still across the wall, ghosts move as images, the last fold first; nodes of validation cases do as they are told. Books the
-    /// walls' impulse, and that of whatever drives nodes.
+    /// Wall nodes stand still across the wall, outer nodes move as images, the last fold first; nodes of
+    /// validation cases do as they are told. Books the walls' impulse, and that of whatever drives nodes.
     fn unfold(&mut self, block: IVec3, step: &GridStep) {
         let mut is_at_wall = [false; 64];
         for c in self.classes.folds.iter().rev() {
-            self.leader.iter_mut().for_each(|leader| leader[c.ghost] = leader[c.mirror]);
-            self.ghosts.iter_mut().for_each(|ghosts| ghosts[c.ghost] = ghosts[c.mirror]);
+            self.leader.iter_mut().for_each(|leader| leader[c.outer] = leader[c.inner]);
+            self.ghosts.iter_mut().for_each(|ghosts| ghosts[c.outer] = ghosts[c.inner]);
             for velocity in &mut self.velocity {
-                velocity[c.ghost] = c.reflect(velocity[c.mirror]);
+                velocity[c.outer] = c.reflect(velocity[c.inner]);
                 velocity[c.wall] = 0.5 * (velocity[c.wall] + c.reflect(velocity[c.wall]));
             }
-            [c.ghost, c.wall, c.mirror].into_iter().for_each(|k| is_at_wall[k] = true);
+            [c.outer, c.wall, c.inner].into_iter().for_each(|k| is_at_wall[k] = true);
         }
         for c in &self.classes.clamps {
-            for k in [c.ghost, c.wall] {
+            for k in [c.outer, c.wall] {
                 self.velocity.iter_mut().for_each(|velocity| velocity[k] = c.clamp(velocity[k]));
                 is_at_wall[k] = true;
             }
         }
         for k in (0..64).filter(|k| self.classes.own.iter().any(|class| class[*k].mass > 0.0)) {
-            if let Some(v) = step.special.and_then(|special| special.driven_velocity(block * BLOCK + offset(k))) {
+            if let Some(v) = step.imposed.and_then(|imposed| imposed.driven_velocity(block * BLOCK + offset(k))) {
                 self.velocity.iter_mut().for_each(|velocity| velocity[k] = v);
                 is_at_wall[k] = true;
             }

@@ -1,0 +1,123 @@
+//! What engines make of a plan: the numbers of its substeps, scaled to cells and substeps, once for all of
+//! them.
+//!
+//! In f64; an engine makes of them what it computes in. It takes [`LawCoefficients`] apart field by field, so
+//! that a number which it does not know fails to compile there. The oracle has none of this: it computes in
+//! SI, from the plan.
+
+use super::frame::FramePlan;
+use super::material::ClayLaw;
+use super::params::Domain;
+use glam::DVec3;
+
+/// The numbers of one substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Coefficients {
+    /// Of the clay law.
+    pub(crate) law: LawCoefficients,
+    /// Gravity over inertia scaling [cells/substep^2].
+    pub(crate) gravity: DVec3,
+    /// Cells per squared substep in 1 m/s^2, on the inertial mass.
+    pub(crate) acceleration: f64,
+    /// What validation damping leaves of a velocity [-].
+    pub(crate) damping: f64,
+    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
+    /// [cells/substep].
+    pub(crate) adhesion: f64,
+    /// One cell per substep [m/s].
+    pub(crate) velocity_unit: f64,
+    /// One per substep [1/s].
+    pub(crate) rate_unit: f64,
+}
+
+/// The clay law in one substep. Stress is scaled by [`Self::stress_scale`], the form in which it enters the
+/// affine momentum in cells and substeps; flow is in norms of the Hencky deviator: shortening it by g takes
+/// `hardening g + viscous g^flow_index` of its excess over the yield norm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LawCoefficients {
+    /// `4 h^2 / (rho_s dx^2)` [1/Pa].
+    pub(crate) stress_scale: f64,
+    /// 2 mu, scaled.
+    pub(crate) mu2: f64,
+    /// lambda, scaled.
+    pub(crate) lambda: f64,
+    /// `(2/3) H / (2 mu)`.
+    pub(crate) hardening: f64,
+    /// `sqrt(2/3) eta (sqrt(2/3) / h)^n / (2 mu)`.
+    pub(crate) viscous: f64,
+    /// n.
+    pub(crate) flow_index: f64,
+    /// Greatest |dev H| at rest of fresh clay away from tools, `sqrt(2/3) sY / (2 mu)`; infinite for elastic
+    /// clay and under the laws as published.
+    pub(crate) yield_norm: f64,
+    /// What the yield norm gains per plastic strain.
+    pub(crate) hardening_norm: f64,
+    /// Eq. 5, if tools soften the clay.
+    pub(crate) softening: Option<Softening>,
+    /// Thixotropy, if the clay has it.
+    pub(crate) working: Option<Working>,
+}
+
+/// Eq. 5 in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Softening {
+    /// Share s of the yield stress that clay near a tool loses [-].
+    pub(crate) share: f64,
+    /// tau [cells].
+    pub(crate) length: f64,
+}
+
+/// Thixotropy in one substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Working {
+    /// Share of the yield stress that fully worked clay loses [-].
+    pub(crate) loss: f64,
+    /// Working per plastic strain.
+    pub(crate) rate: f64,
+    /// What the substep's rest leaves of the working [-].
+    pub(crate) kept: f64,
+}
+
+impl Coefficients {
+    /// The numbers of substeps of `dt` [s] of a plan.
+    pub(crate) fn new(plan: &FramePlan, domain: &Domain, dt: f64) -> Self {
+        let (material, cell_width) = (&plan.material, domain.cell_width);
+        let acceleration = dt * dt / cell_width / plan.density_scale();
+        Self {
+            law: LawCoefficients::new(plan, cell_width, dt),
+            gravity: plan.gravity * acceleration,
+            acceleration,
+            damping: (-plan.validation.damping * dt).exp(),
+            adhesion: material.shear_strength() * acceleration / (material.density * cell_width),
+            velocity_unit: cell_width / dt,
+            rate_unit: 1.0 / dt,
+        }
+    }
+}
+
+impl LawCoefficients {
+    fn new(plan: &FramePlan, cell_width: f64, dt: f64) -> Self {
+        let material = &plan.material;
+        let stress_scale = 4.0 * dt * dt / (plan.inertial_density() * cell_width * cell_width);
+        let (mu2, root) = (2.0 * material.lame_mu(), (2.0f64 / 3.0).sqrt());
+        let yield_norm = root * material.yield_stress_at(f64::INFINITY, cell_width) / mu2;
+        Self {
+            stress_scale,
+            mu2: stress_scale * mu2,
+            lambda: stress_scale * material.lame_lambda(),
+            hardening: root * root * material.hardening_modulus / mu2,
+            viscous: root * material.viscosity * (root / dt).powf(material.flow_index) / mu2,
+            flow_index: material.flow_index,
+            yield_norm,
+            hardening_norm: root * material.hardening_modulus / mu2,
+            softening: (material.softening > 0.0 && yield_norm.is_finite()).then(|| Softening {
+                share: material.softening,
+                length: material.softening_length_or_default(cell_width) / cell_width,
+            }),
+            working: match material.law {
+                ClayLaw::Worked { loss, rate, rest_time } => Some(Working { loss, rate, kept: (-dt / rest_time).exp() }),
+                ClayLaw::Softened | ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD => None,
+            },
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! A submission's numbers from its plan: [`Coefficients`] in f32, the room, the fixed point scales.
+
+use super::super::coefficients::{Coefficients, LawCoefficients};
+use super::super::cut::WeldRule;
+use super::super::cutting::CuttingMethod;
+use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
+use super::super::limits::TRAVEL_LIMIT;
+use super::super::material::ClayLaw;
+use super::super::params::{Domain, ParamsError};
+use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
+use super::layout::{PROFILES_MAX, twins};
+use super::scales::Scales;
+use glam::IVec3;
+
+twins! {
+    /// The numbers of one submission.
+    Params = "Params" {
+        /// of the grid along each axis
+        blocks: [i32; 3] = "vec3i",
+        /// particles
+        particle_count: u32 = "u32",
+        /// wall nodes
+        wall_low: [i32; 3] = "vec3i",
+        /// blocks that there is room for
+        slot_capacity: u32 = "u32",
+        /// high wall nodes
+        wall_high: [i32; 3] = "vec3i",
+        /// tools
+        tool_count: u32 = "u32",
+        /// over inertia scaling [cells/substep^2]
+        gravity: [f32; 3] = "vec3f",
+        /// velocity kept by validation damping [-]
+        damping: f32 = "f32",
+        /// the cell that angular momentum is summed about
+        centre: [i32; 3] = "vec3i",
+        /// 2 bits each: low x y z, high x y z
+        wall_kinds: u32 = "u32",
+        /// fixed point: mass to i32, a power of two
+        mass_scale: f32 = "f32",
+        /// momentum to i32, a power of two
+        momentum_scale: f32 = "f32",
+        /// greatest |v + A d| [cells/substep] that momentum_scale serves
+        reach_limit: f32 = "f32",
+        /// greatest number of particles in a cell that both scales serve
+        cell_count_limit: u32 = "u32",
+        /// 2 mu, scaled by 4 h^2 / (rho_s dx^2)
+        mu2: f32 = "f32",
+        /// lambda, scaled
+        lambda: f32 = "f32",
+        /// greatest |dev H| of unworked clay
+        yield_norm: f32 = "f32",
+        /// s of Eq. 5
+        softening: f32 = "f32",
+        /// tau of Eq. 5 [cells]
+        softening_length: f32 = "f32",
+        /// one cell per substep [m/s]
+        velocity_unit: f32 = "f32",
+        /// 1 / h [1/s]
+        rate_unit: f32 = "f32",
+        /// rest volume of mass 1, a power of two [m^3]
+        mass_unit: f32 = "f32",
+        /// greatest node speed [cells/substep]
+        travel_limit: f32 = "f32",
+        /// mass 1 over the mass of a full cell [-]
+        density_unit: f32 = "f32",
+        /// whether this submission is a frame's first
+        starts_frame: u32 = "u32",
+        /// whether Eq. 5 is on
+        softens: u32 = "u32",
+        /// greatest mass of a node that momentum_scale serves
+        node_mass_limit: f32 = "f32",
+        /// what flow stress gains per shortening of the Hencky deviator
+        hardening: f32 = "f32",
+        /// what viscosity adds to it: viscous * shortening ^ flow_index
+        viscous: f32 = "f32",
+        /// n of Herschel-Bulkley flow
+        flow_index: f32 = "f32",
+        /// what the yield norm gains per plastic strain
+        hardening_norm: f32 = "f32",
+        /// share of the yield norm that fully worked clay loses
+        work_loss: f32 = "f32",
+        /// working per plastic strain
+        work_rate: f32 = "f32",
+        /// working that a substep's rest leaves
+        work_kept: f32 = "f32",
+        /// share of its difference to its cell's mean that a flowing particle's ln J loses
+        averaging: f32 = "f32",
+        /// the same at the frame's last averaging, which stands for fewer substeps
+        averaging_last: f32 = "f32",
+        /// the substep of this submission, from 1, that it is in
+        averaging_last_at: u32 = "u32",
+        /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
+        adhesion: f32 = "f32",
+        /// which tools are blades that hold clay off, a bit each
+        blades: u32 = "u32",
+        /// which tools are solid, a bit each
+        solids: u32 = "u32",
+        /// compression across a cut at which its sides grow together, as the stress is scaled
+        weld_stress: f32 = "f32",
+        /// what a frame adds to the count of a pressed tag
+        weld_step: u32 = "u32",
+        /// of bent blades: two points (x, z) of the XZ plane each
+        profiles: [[[f32; 4]; 17]; PROFILES_MAX as usize] = "array<array<vec4f, 17>, PROFILES_MAX>",
+    }
+}
+
+/// What a frame's parameters are made of.
+pub(super) struct ParamsInput<'a> {
+    pub domain: &'a Domain,
+    pub plan: &'a FramePlan,
+    /// Substep used [s].
+    pub dt: f64,
+    /// The clay's time when the frame starts [s].
+    pub start: f64,
+    pub scales: Scales,
+    pub particle_count: u32,
+    pub slot_capacity: u32,
+    /// Rest volume of mass 1 [m^3].
+    pub mass_unit: f64,
+    /// Substeps of the frame, and those done before this submission.
+    pub steps: u32,
+    pub first_step: u32,
+    pub starts_frame: bool,
+}
+
+/// Checks that this engine has what the plan asks for.
+///
+/// # Errors
+/// A law or a method that is kept for comparison, or an input of a validation case, by name.
+pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
+    let refusal = |name, value| Err(ParamsError::new(name, value, "is kept for comparison, on the native engine only"));
+    match plan.material.law {
+        ClayLaw::Softened | ClayLaw::Worked { .. } => {}
+        law @ (ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD) => return refusal("law", law.identifier()),
+    }
+    match plan.cutting {
+        CuttingMethod::TwoFields => {}
+        method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
+            return refusal("cutting", method.identifier());
+        }
+    }
+    match plan.validation.input_beyond_damping() {
+        Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
+        None => Ok(()),
+    }
+}
+
+/// The greatest yield norm, and adhesion: an elastic clay's is infinite, which shaders may not count on.
+const YIELD_NORM_MAX: f32 = 1e30;
+
+impl Params {
+    #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
+    pub(super) fn new(input: &ParamsInput<'_>) -> Self {
+        let (domain, plan) = (input.domain, input.plan);
+        let coefficients = Coefficients::new(plan, domain, input.dt);
+        let (low, high) = domain.wall_nodes();
+        let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
+        let weld = WeldRule::of(plan, input.start);
+        let bits = |is: &dyn Fn(&ToolShape) -> bool| {
+            plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(&path.tool.shape)) << i).sum()
+        };
+        let walls = domain.walls.low.iter().chain(&domain.walls.high);
+        Self {
+            blocks: domain.blocks().to_array(),
+            particle_count: input.particle_count,
+            wall_low: low.to_array(),
+            slot_capacity: input.slot_capacity,
+            wall_high: high.to_array(),
+            tool_count: plan.tools.len() as u32,
+            gravity: coefficients.gravity.as_vec3().to_array(),
+            damping: coefficients.damping as f32,
+            centre: centre(domain).to_array(),
+            wall_kinds: walls.enumerate().map(|(i, w)| w.number() << (2 * i)).sum(),
+            mass_scale: input.scales.mass,
+            momentum_scale: input.scales.momentum,
+            reach_limit: input.scales.reach_limit,
+            cell_count_limit: input.scales.cell_count_limit,
+            velocity_unit: coefficients.velocity_unit as f32,
+            rate_unit: coefficients.rate_unit as f32,
+            mass_unit: input.mass_unit as f32,
+            travel_limit: TRAVEL_LIMIT,
+            density_unit: (input.mass_unit / domain.cell_width.powi(3)) as f32,
+            starts_frame: u32::from(input.starts_frame),
+            node_mass_limit: input.scales.node_mass_limit,
+            averaging: plan.averaging_share(0, AVERAGING_INTERVAL) as f32,
+            averaging_last: plan.averaging_share(last_averaging, input.steps) as f32,
+            // Of an earlier submission it wraps to where no substep is.
+            averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
+            adhesion: (coefficients.adhesion as f32).min(YIELD_NORM_MAX),
+            blades: bits(&|shape| shape.is_blade() && !shape.is_wire()),
+            solids: bits(&|shape| !shape.is_blade()),
+            profiles: profiles(plan, domain.cell_width),
+            weld_stress: weld.map_or(0.0, |rule| coefficients.law.stress_scale * rule.stress) as f32,
+            weld_step: weld.map_or(0, |rule| rule.step.into()),
+            ..Self::of_law(&coefficients.law, !plan.tools.is_empty())
+        }
+    }
+
+    /// The numbers of the clay law, and nothing else.
+    #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
+    fn of_law(law: &LawCoefficients, has_tools: bool) -> Self {
+        // All by name: a number that this engine does not know fails to compile.
+        let LawCoefficients {
+            stress_scale: _,
+            mu2,
+            lambda,
+            hardening,
+            viscous,
+            flow_index,
+            yield_norm,
+            hardening_norm,
+            softening,
+            working,
+        } = *law;
+        Self {
+            mu2: mu2 as f32,
+            lambda: lambda as f32,
+            yield_norm: (yield_norm as f32).min(YIELD_NORM_MAX),
+            softening: softening.map_or(0.0, |s| s.share) as f32,
+            softening_length: softening.map_or(1.0, |s| s.length) as f32,
+            softens: u32::from(softening.is_some() && has_tools),
+            hardening: hardening as f32,
+            viscous: viscous as f32,
+            flow_index: flow_index as f32,
+            hardening_norm: hardening_norm as f32,
+            work_loss: working.map_or(0.0, |w| w.loss) as f32,
+            work_rate: working.map_or(0.0, |w| w.rate) as f32,
+            work_kept: working.map_or(1.0, |w| w.kept) as f32,
+            ..Self::default()
+        }
+    }
+}
+
+/// The profiles of the plan's bent blades [cells], in the plan's order.
+#[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
+fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; 17]; PROFILES_MAX as usize] {
+    let mut all = [[[0.0; 4]; 17]; PROFILES_MAX as usize];
+    for (to, (_, profile)) in all.iter_mut().zip(bent_blades(&plan.tools)) {
+        for (i, point) in profile.points().iter().enumerate() {
+            let [x, z] = (*point / cell_width).to_array();
+            to[i / 2][2 * (i % 2)..2 * (i % 2) + 2].copy_from_slice(&[x as f32, z as f32]);
+        }
+    }
+    all
+}
+
+/// The bent blades among the tools: index and profile of each.
+pub(super) fn bent_blades(tools: &[ToolPath]) -> impl Iterator<Item = (usize, Profile)> {
+    let profile = |(i, path): (usize, &ToolPath)| match path.tool.shape.outline()? {
+        Outline::Strip { profile, .. } => Some((i, profile)),
+        Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Wire { .. } => None,
+    };
+    tools.iter().enumerate().filter_map(profile)
+}
+
+/// The cell that angular momentum is summed about on the device: sums of f32 keep more digits about the
+/// middle.
+pub(super) fn centre(domain: &Domain) -> IVec3 {
+    domain.grid_cells() / 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::material::ClayMaterial;
+    use super::super::super::plan::StepLimits;
+    use super::*;
+
+    /// Laws and methods that are kept for comparison are refused by name, the others are not.
+    #[test]
+    fn comparisons_are_refused() {
+        let fresh = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
+        for law in ClayLaw::ALL {
+            let plan = FramePlan { material: ClayMaterial { law, ..fresh.material }, ..fresh.clone() };
+            let refused = refuse_unknown(&plan).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, law.is_as_published().then(|| ("law", law.identifier().into())));
+        }
+        for cutting in CuttingMethod::ALL {
+            let refused = refuse_unknown(&FramePlan { cutting, ..fresh.clone() }).err().map(|e| (e.name, e.value));
+            assert_eq!(refused, (!cutting.keeps_cuts()).then(|| ("cutting", cutting.identifier().into())));
+        }
+    }
+}
