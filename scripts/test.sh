@@ -5,7 +5,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # One target folder for all sections, named even if it is the default: `cargo package` and the outside crate share it.
 CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 # As .cargo/config.toml has it for what runs under cargo.
-export WGPU_BACKEND=${WGPU_BACKEND:-vulkan}
+export WGPU_BACKEND=${WGPU_BACKEND:-vulkan} XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-$CARGO_TARGET_DIR}
 export CARGO_TARGET_DIR CARGO_TERM_PROGRESS_WHEN=never
 # install.sh has seen to a Vulkan driver: on a build machine its absence is a fault, elsewhere the tests that need it are ignored.
 [ -z "${CI:-}" ] || export CLAY_GPU=${CLAY_GPU:-require}
