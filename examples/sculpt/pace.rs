@@ -8,7 +8,7 @@ use crate::stroke::Work;
 use bevy::prelude::*;
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_clay::prelude::*;
-use bevy_clay::sim::planner::FRAMES_UNDER_WAY;
+use bevy_clay::sim::limits::PENDING_MAX;
 use std::time::Duration;
 
 /// Part of a window's frame that the engine may take.
@@ -75,7 +75,7 @@ pub(crate) fn keep(
         pace.still = if report.speed(status.cell_width) < REST_SPEED { pace.still + 1 } else { 0 };
     }
     // A first guess for a machine that is not known yet: a slow one.
-    let is_piling_up = engine.iter().any(|e| e.pending() >= FRAMES_UNDER_WAY);
+    let is_piling_up = engine.iter().any(|e| e.pending() >= PENDING_MAX);
     pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
     let share = SHARE.min(FRAME_MAX / pace.frame.max(1e-3));
     let speed = pace.cost.map_or(0.03, |cost| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0));

@@ -5,8 +5,9 @@ use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
-use crate::sim::params::{CELLS_MAX, Domain, PADDING};
-use crate::sim::planner::{Decision, Planner, Policy};
+use super::text::{named, short};
+use crate::sim::params::{CELLS_MAX, Domain, LENGTH, PADDING, ParamsError};
+use crate::sim::planner::{Decision, Planner, Policy, StepLimits};
 use crate::sim::snapshot::{Particle, Snapshot};
 use crate::sim::tool::ToolPath;
 use glam::DVec3;
@@ -65,6 +66,30 @@ impl BuiltScene {
         let frame_time = self.scene.frame_time;
         let start = index as f64 * frame_time;
         planner.frame(&self.snapshot.material, frame_time, self.tool_paths(start, start + frame_time))
+    }
+
+    /// Refuses frames that would need more substeps than one may have, as far as that is known before the
+    /// run: for the clay's stiffness, gravity and the time step, or for a tool's speed.
+    fn check_steps(&self) -> Result<(), SceneError> {
+        let Scene { frame_time, gravity, time_step, .. } = self.scene;
+        let Snapshot { material, domain, .. } = &self.snapshot;
+        let limits = StepLimits { gravity, time_step, ..StepLimits::default() };
+        let plan = |tools: &[ToolPath]| limits.frame(material, domain.cell_width, frame_time, tools);
+        let refused = |name, value: String, reason| SceneError::Params {
+            file: self.scene.file.clone(),
+            error: ParamsError::new(name, value, reason),
+        };
+        plan(&[]).validate().map_err(|error| {
+            let reason = format!("is too long a frame for cells of {} m, this clay and this gravity: {error}", domain.cell_width);
+            refused("frame_time", frame_time.to_string(), reason)
+        })?;
+        for (index, track) in self.scene.tools.iter().enumerate() {
+            plan(&[track.whole(index as u32 + 1)]).validate().map_err(|error| {
+                let value = format!("{:.3e} m/s of {}", track.speed_max(), track.title(index));
+                refused("keyframes.speed", value, format!("is too fast for frames of {frame_time} s: {error}"))
+            })?;
+        }
+        Ok(())
     }
 }
 
@@ -148,7 +173,9 @@ impl Scene {
             |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
         let snapshot = Snapshot { domain, material, time: 0.0, particles };
-        Ok(BuiltScene { snapshot, warnings, fill: report, scene: self.clone() })
+        let built = BuiltScene { snapshot, warnings, fill: report, scene: self.clone() };
+        built.check_steps()?;
+        Ok(built)
     }
 
     fn clay_solids(&self, base_dir: &Path) -> Result<Clay, SceneError> {
@@ -265,7 +292,7 @@ impl Body {
             Self::Box { .. } => "box".into(),
             Self::Sphere { .. } => "sphere".into(),
             Self::Cylinder { .. } => "cylinder".into(),
-            Self::Mesh(mesh) => mesh.path.clone(),
+            Self::Mesh(mesh) => short(&mesh.path),
         }
     }
 
@@ -283,6 +310,7 @@ impl MeshBody {
     fn solid(&self, base_dir: &Path, warnings: &mut Vec<String>) -> Result<MeshSolid, SceneError> {
         let path = &self.path;
         let file = base_dir.join(path);
+        let path = short(path);
         let mut mesh = ImportedMesh::load(&file)?;
         mesh.place(self.rotation.quaternion(), 1.0, DVec3::ZERO);
         let (low, high) = mesh.bounds();
@@ -290,7 +318,7 @@ impl MeshBody {
         let scale = match (self.height, self.scale) {
             (Some(_), _) if extent.y <= 0.0 => {
                 let reason = "the mesh has no height along y to scale".into();
-                return Err(SceneError::Mesh { file: file.display().to_string(), line: None, reason });
+                return Err(SceneError::Mesh { file: named(&file), line: None, reason });
             }
             (Some(height), _) => height / extent.y,
             (None, scale) => scale.unwrap_or(1.0),
@@ -301,6 +329,17 @@ impl MeshBody {
             (position, None) => position.unwrap_or_default() - underside * scale,
         };
         mesh.place(glam::DQuat::IDENTITY, scale, offset);
+        let (low, high) = mesh.bounds();
+        for corner in [low, high] {
+            LENGTH.check_vector("mesh", corner).map_err(|error| SceneError::Mesh {
+                file: named(&file),
+                line: None,
+                reason: format!("scaled and in place reaches to {}: {}", error.value, error.reason),
+            })?;
+        }
+        if mesh.doubled > 0 {
+            warnings.push(format!("{path}: {} triangle(s) are given more than once; each counts once", mesh.doubled));
+        }
         if mesh.volume() < 0.0 {
             warnings.push(format!("{path}: the mesh is inside out; filled as if turned"));
         }

@@ -13,6 +13,16 @@ pub enum SceneError {
         /// What the system said.
         error: std::io::Error,
     },
+    /// A file that is too long for what it is to be, or does not end.
+    #[error("{file}: is longer than {}, the most that a {kind} may have", bytes_text(*.most as f64))]
+    TooLarge {
+        /// The file as named.
+        file: String,
+        /// What it is to be.
+        kind: &'static str,
+        /// The most [bytes].
+        most: u64,
+    },
     /// Text that is not a scene.
     #[error("{file}:{line}:{column}: {message}")]
     Parse {

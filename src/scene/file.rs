@@ -14,19 +14,27 @@
 //!
 //! Options are written without `Some`. Lengths are in metres, times in seconds, angles in degrees.
 
+use super::check::{
+    Check, cell_width, check_number, check_place, checked, checked_list, checked_option, duration, frame_time, gravity, jitter,
+    particles_per_cell, softening, time_step,
+};
 use super::clay;
 use super::error::SceneError;
-use super::export::{ExportFormat, ExportOptions};
+use super::export::{ExportFormat, ExportOptions, PARTICLES};
+use super::text::{from_ron, named, read_text};
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
-use crate::sim::params::{ParamsError, Wall, Walls};
+use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};
 use crate::sim::planner::InertiaScaling;
 use crate::surface::field::Tier;
 use glam::DVec3;
-use ron::extensions::Extensions;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// The longest scene file [bytes]: keyframes at 1 kHz for a minute take 6 MB.
+const BYTES_MAX: u64 = 16 << 20;
+/// Most frames of a scene: 4.6 hours at 60 a second; their table is kept in memory and takes 200 MB.
+const FRAMES_MAX: f64 = 1e6;
 
 /// A piece of clay. Pieces may overlap: what they share counts once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -166,7 +174,7 @@ pub struct Scene {
     #[serde(default)]
     pub material: MaterialChoice,
     /// In place of the material's softening [-], in [0, 1).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "softening")]
     pub softening: Option<f64>,
     /// In place of the material's softening length [m].
     #[serde(default)]
@@ -175,7 +183,7 @@ pub struct Scene {
     #[serde(default = "Scene::gravity_default", deserialize_with = "gravity")]
     pub gravity: DVec3,
     /// The room; left out, one about the clay and the tools' ways, with its floor at the clay's lowest point.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "checked_option")]
     pub domain: Option<Room>,
     /// The walls; left out, clay sticks to the floor and can leave the others. Walls left out of a list given are `Separate`.
     #[serde(default = "Scene::walls_default")]
@@ -196,7 +204,7 @@ pub struct Scene {
     #[serde(default, deserialize_with = "time_step")]
     pub time_step: Option<f64>,
     /// What a run writes.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "checked")]
     pub outputs: Outputs,
 }
 
@@ -242,23 +250,12 @@ impl Scene {
     /// # Errors
     /// A file that cannot be read, and what [`Self::from_ron`] finds.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::from_text(&text, file),
-            Err(error) => Err(SceneError::Read { file, error }),
-        }
+        let file = named(path);
+        Self::from_text(&read_text(path, BYTES_MAX, "scene")?, file)
     }
 
     fn from_text(text: &str, file: String) -> Result<Self, SceneError> {
-        let options = ron::Options::default()
-            .with_default_extension(Extensions::IMPLICIT_SOME)
-            .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES);
-        let mut scene: Self = options.from_str(text).map_err(|error| SceneError::Parse {
-            file: file.clone(),
-            line: error.span.start.line,
-            column: error.span.start.col,
-            message: message(&error.code),
-        })?;
+        let mut scene: Self = from_ron(text, &file)?;
         scene.file = file;
         scene.validate()?;
         Ok(scene)
@@ -315,12 +312,8 @@ impl Scene {
         check_number("particles_per_cell", f64::from(self.particles_per_cell))?;
         check_number("jitter", self.jitter)?;
         self.known_material().validate()?;
-        check_vector("gravity", self.gravity)?;
-        if let Some(Room { low, high }) = self.domain
-            && !(low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0)
-        {
-            return Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a finite box with low < high"));
-        }
+        GRAVITY.check_vector("gravity", self.gravity)?;
+        self.domain.as_ref().map_or(Ok(()), Check::check)?;
         // A blade's cuts are known by the low byte of its id, and 0 is no cut.
         if self.tools.len() > 255 {
             return Err(ParamsError::new("tools", self.tools.len(), "must be at most 255"));
@@ -329,36 +322,13 @@ impl Scene {
         check_number("frame_time", self.frame_time)?;
         check_number("duration", self.duration)?;
         self.time_step.map_or(Ok(()), |step| check_number("time_step", step))?;
-        let Some(name) = self.outputs.surface.as_deref() else { return Ok(()) };
-        if Path::new(name).file_name().is_none_or(|file| file != name) {
-            return Err(ParamsError::new("outputs.surface", name, "must be a file name without folders"));
+        let frames = self.duration / self.frame_time;
+        if frames > FRAMES_MAX {
+            let reason = format!("gives {frames:.3e} frames of {:e} s; at most {FRAMES_MAX:e} are run", self.frame_time);
+            return Err(ParamsError::new("duration", self.duration, reason));
         }
-        if ExportFormat::from_path(Path::new(name)).is_err() {
-            return Err(ParamsError::new("outputs.surface", name, format!("must end in {}", ExportFormat::KNOWN)));
-        }
-        self.outputs.export.validate()
+        self.outputs.check()
     }
-}
-
-/// What is wrong, in words of the file.
-pub(super) fn message(error: &ron::Error) -> String {
-    let of = |outer: &Option<String>| outer.as_ref().map(|name| format!(" in `{name}`")).unwrap_or_default();
-    let one_of = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
-    match error {
-        ron::Error::NoSuchStructField { expected, found, outer } => {
-            format!("unknown field `{found}`{}; known are {}", of(outer), one_of(expected))
-        }
-        ron::Error::NoSuchEnumVariant { expected, found, outer } => {
-            format!("unknown `{found}`{}; known are {}", of(outer), one_of(expected))
-        }
-        ron::Error::MissingStructField { field, outer } => format!("missing field `{field}`{}", of(outer)),
-        other => other.to_string().replace('\n', " "),
-    }
-}
-
-/// A value that knows its own bounds.
-pub(super) trait Check {
-    fn check(&self) -> Result<(), ParamsError>;
 }
 
 impl Check for ClayMaterial {
@@ -367,18 +337,49 @@ impl Check for ClayMaterial {
     }
 }
 
+impl Check for Room {
+    fn check(&self) -> Result<(), ParamsError> {
+        let Self { low, high } = *self;
+        check_place("domain.low", low)?;
+        check_place("domain.high", high)?;
+        if (high - low).min_element() > 0.0 {
+            return Ok(());
+        }
+        Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a box with low < high"))
+    }
+}
+
+impl Check for Outputs {
+    fn check(&self) -> Result<(), ParamsError> {
+        self.export.validate()?;
+        let Some(name) = self.surface.as_deref() else { return Ok(()) };
+        let fault = |reason: String| Err(ParamsError::new("outputs.surface", name, reason));
+        if Path::new(name).file_name().is_none_or(|file| file != name) {
+            return fault("must be a file name without folders".into());
+        }
+        if ExportFormat::from_path(Path::new(name)).is_err() {
+            return fault(format!("must end in {}", ExportFormat::KNOWN));
+        }
+        // File systems of some machines do not know upper from lower case.
+        if self.particles && name.eq_ignore_ascii_case(PARTICLES) {
+            return fault(format!("must be another file than the particles', {PARTICLES}"));
+        }
+        Ok(())
+    }
+}
+
 impl Check for Body {
     fn check(&self) -> Result<(), ParamsError> {
         match self {
             Self::Box { size, center } => {
                 size.to_array().into_iter().try_for_each(|length| check_number("size", length))?;
-                check_vector("center", *center)
+                check_place("center", *center)
             }
-            Self::Sphere { radius, center } => check_number("radius", *radius).and(check_vector("center", *center)),
+            Self::Sphere { radius, center } => check_number("radius", *radius).and(check_place("center", *center)),
             Self::Cylinder { radius, height, center } => {
                 check_number("radius", *radius)?;
                 check_number("height", *height)?;
-                check_vector("center", *center)
+                check_place("center", *center)
             }
             Self::Mesh(mesh) => mesh.check(),
         }
@@ -396,77 +397,12 @@ impl Check for MeshBody {
         }
         match (self.position, self.center) {
             (Some(_), Some(_)) => both("position", "center")?,
-            (Some(position), None) => check_vector("position", position)?,
-            (None, Some(center)) => check_vector("center", center)?,
+            (Some(position), None) => check_place("position", position)?,
+            (None, Some(center)) => check_place("center", center)?,
             (None, None) => {}
         }
         self.rotation.check()
     }
-}
-
-/// Checks a number by the name of its field.
-fn check_number(name: &'static str, value: f64) -> Result<(), ParamsError> {
-    let (is_good, reason) = match name {
-        "jitter" => ((0.0..0.5).contains(&value), "must lie in [0, 0.5)"),
-        "particles_per_cell" => ((1.0..=64.0).contains(&value), "must lie in 1 to 64"),
-        "scale" => (value > 0.0, "must be positive"),
-        "frame_time" | "duration" | "time_step" => (value > 0.0, "must be a positive time in seconds"),
-        _ => (value > 0.0, "must be a positive length in metres"),
-    };
-    if is_good && value.is_finite() { Ok(()) } else { Err(ParamsError::new(name, value, reason)) }
-}
-
-fn check_vector(name: &'static str, value: DVec3) -> Result<(), ParamsError> {
-    if value.is_finite() { Ok(()) } else { Err(ParamsError::new(name, value, "must be finite")) }
-}
-
-/// Reads a value and checks it there, so that the parser knows the line of the error.
-fn checked<'de, D: Deserializer<'de>, T: Deserialize<'de> + Check>(deserializer: D) -> Result<T, D::Error> {
-    let value = T::deserialize(deserializer)?;
-    value.check().map_err(D::Error::custom)?;
-    Ok(value)
-}
-
-struct Checked<T>(T);
-
-impl<'de, T: Deserialize<'de> + Check> Deserialize<'de> for Checked<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        checked(deserializer).map(Self)
-    }
-}
-
-fn checked_list<'de, D: Deserializer<'de>, T: Deserialize<'de> + Check>(deserializer: D) -> Result<Vec<T>, D::Error> {
-    Ok(Vec::<Checked<T>>::deserialize(deserializer)?.into_iter().map(|checked| checked.0).collect())
-}
-
-macro_rules! checked_numbers {
-    ($($name:ident),*) => {$(
-        fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-            let value = f64::deserialize(deserializer)?;
-            check_number(stringify!($name), value).map_err(D::Error::custom)?;
-            Ok(value)
-        }
-    )*};
-}
-
-checked_numbers!(cell_width, jitter, frame_time, duration);
-
-fn particles_per_cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    let value = u32::deserialize(deserializer)?;
-    check_number("particles_per_cell", f64::from(value)).map_err(D::Error::custom)?;
-    Ok(value)
-}
-
-fn time_step<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    let value = Option::<f64>::deserialize(deserializer)?;
-    value.map_or(Ok(()), |step| check_number("time_step", step)).map_err(D::Error::custom)?;
-    Ok(value)
-}
-
-fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
-    let value = DVec3::deserialize(deserializer)?;
-    check_vector("gravity", value).map_err(D::Error::custom)?;
-    Ok(value)
 }
 
 #[cfg(test)]

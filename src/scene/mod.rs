@@ -5,6 +5,8 @@
 //!
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|
+//! | `text`      | a file                  | its bytes, RON with place and field of what is wrong       |
+//! | `check`     | a value                 | the same value, or an error that names its field           |
 //! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
@@ -19,6 +21,7 @@
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
+mod check;
 pub mod clay;
 pub mod error;
 pub mod export;
@@ -28,6 +31,7 @@ pub mod import;
 pub mod pieces;
 pub mod resample;
 pub mod solid;
+mod text;
 pub mod track;
 pub mod winding;
 

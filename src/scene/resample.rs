@@ -54,7 +54,7 @@ pub fn resample_within(snapshot: &Snapshot, cell_width: f64, memory_limit: f64) 
     let mesh =
         extract(&surface_source(&snapshot.domain, &old), &SurfaceSettings { normals: false, ..SurfaceSettings::new(Tier::Fine) });
     let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
-    let solid = MeshSolid::new(ImportedMesh { positions, triangles: mesh.triangles });
+    let solid = MeshSolid::new(ImportedMesh { positions, triangles: mesh.triangles, doubled: 0 });
     let (points, _) = Fill { spacing, jitter: JITTER, seed: 0 }.fill(&[Solid::Mesh(Box::new(solid))]);
     if points.is_empty() {
         return Err(ParamsError::new("cell_width", cell_width, "leaves no particle of the clay: it is thinner than a cell"));

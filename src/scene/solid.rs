@@ -151,7 +151,7 @@ pub(super) mod tests {
                 })
                 .collect();
         }
-        ImportedMesh { positions, triangles }
+        ImportedMesh { positions, triangles, doubled: 0 }
     }
 
     #[test]

@@ -1,13 +1,18 @@
 //! Tools on keyframes.
 
-use super::file::Check;
-use crate::sim::params::ParamsError;
+use super::check::{Check, check_place};
+use super::text::short;
+use crate::sim::params::{Bounds, ParamsError, SPEED, TIME};
 use crate::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Times closer than this are one [s]: far below any substep, far above the rounding of `frame * frame_time`.
 const SAME_TIME: f64 = 1e-9;
+
+/// Angles of a turn [degrees]: 2700 times round, which between two keyframes is none.
+const ANGLE: Bounds =
+    Bounds::new(0.0, 1e6, " degrees", "must be an angle in degrees", "no turn between two keyframes is more than half a one");
 
 /// A turn about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,10 +42,7 @@ impl Check for Rotation {
         if !self.axis.is_finite() || self.axis.try_normalize().is_none() {
             return Err(ParamsError::new("rotation.axis", self.axis, "must be finite and not zero"));
         }
-        if !self.degrees.is_finite() {
-            return Err(ParamsError::new("rotation.degrees", self.degrees, "must be finite"));
-        }
-        Ok(())
+        ANGLE.check_signed("rotation.degrees", self.degrees)
     }
 }
 
@@ -83,24 +85,18 @@ impl Check for ToolTrack {
     fn check(&self) -> Result<(), ParamsError> {
         self.tool().validate()?;
         if self.keyframes.is_empty() {
-            return Err(ParamsError::new("keyframes", "[]", format!("tool `{}` needs at least one", self.name)));
+            return Err(ParamsError::new("keyframes", "[]", format!("tool `{}` needs at least one", short(&self.name))));
         }
         for frame in &self.keyframes {
-            if !frame.time.is_finite() {
-                return Err(ParamsError::new("keyframes.time", frame.time, "must be finite"));
-            }
-            if !frame.position.is_finite() {
-                return Err(ParamsError::new("keyframes.position", frame.position, "must be finite"));
-            }
+            TIME.check_signed("keyframes.time", frame.time)?;
+            check_place("keyframes.position", frame.position)?;
             frame.rotation.check()?;
         }
-        match self.keyframes.windows(2).find(|pair| pair[1].time - pair[0].time <= SAME_TIME) {
-            Some(pair) => {
-                let reason = format!("must be later than the keyframe before, at {} s", pair[0].time);
-                Err(ParamsError::new("keyframes.time", pair[1].time, reason))
-            }
-            None => Ok(()),
+        if let Some(pair) = self.keyframes.windows(2).find(|pair| pair[1].time - pair[0].time <= SAME_TIME) {
+            let reason = format!("must be later than the keyframe before, at {} s", pair[0].time);
+            return Err(ParamsError::new("keyframes.time", pair[1].time, reason));
         }
+        SPEED.check("keyframes.speed", self.speed_max())
     }
 }
 
@@ -108,6 +104,22 @@ impl ToolTrack {
     /// The tool.
     pub fn tool(&self) -> Tool {
         Tool { shape: self.shape, contact: self.contact }
+    }
+
+    /// What messages call it where it is `index` in the scene's list: `tools[2] (knife)`.
+    pub fn title(&self, index: usize) -> String {
+        let name = short(&self.name);
+        if name.is_empty() { format!("tools[{index}]") } else { format!("tools[{index}] ({name})") }
+    }
+
+    /// The whole way as `id`.
+    pub(super) fn whole(&self, id: u32) -> ToolPath {
+        ToolPath { id, tool: self.tool(), sheet: 0, samples: self.keyframes.iter().map(Keyframe::sample).collect() }
+    }
+
+    /// The greatest speed of any of its points [m/s].
+    pub fn speed_max(&self) -> f64 {
+        self.whole(1).speed_max()
     }
 
     /// The path as `id` through the frame from `start` to `end` [s], its times from `start` on; none in frames without the tool. Samples stand at the
@@ -119,7 +131,7 @@ impl ToolTrack {
         if to - from <= SAME_TIME {
             return None;
         }
-        let whole = ToolPath { id, tool: self.tool(), sheet: 0, samples: self.keyframes.iter().map(Keyframe::sample).collect() };
+        let whole = self.whole(id);
         let within = |s: &&PoseSample| s.time > from + SAME_TIME && s.time < to - SAME_TIME;
         let times = std::iter::once(from).chain(whole.samples.iter().filter(within).map(|s| s.time)).chain(std::iter::once(to));
         let samples = times.map(|time| PoseSample { time: time - start, pose: whole.pose_at(time) }).collect();

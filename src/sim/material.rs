@@ -1,7 +1,7 @@
 //! What the clay is made of: Hencky elasticity and a von Mises yield stress that may harden, creep and
 //! soften.
 
-use super::params::ParamsError;
+use super::params::{Bounds, LENGTH, ParamsError};
 use super::variants::variants;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +133,32 @@ impl ClayLaw {
         }
     }
 }
+
+/// Density. The greatest is far from clay's, and yet of use: clay of 1e15 kg/m^3 keeps the motion that a
+/// validation case gives it, whatever its stresses. A kilometre of it has a mass that f32 holds.
+const DENSITY: Bounds =
+    Bounds::new(1e-3, 1e18, " kg/m^3", "must be finite and positive", "a thousandth of air's, and a neutron star's");
+/// Young's modulus: diamond has 1.2e12 Pa. The f32 of the engines squares ratios of stresses, and 1e19 is the
+/// root of what it holds.
+const STIFFNESS: Bounds = Bounds::new(1e-6, 1e13, " Pa", "must be finite and positive", "diamond has 1.2e12 Pa");
+/// Yield stress.
+const STRENGTH: Bounds = Bounds::new(1e-6, 1e13, " Pa", "must be positive (inf for elastic clay)", "diamond yields at 1e11 Pa");
+/// Hardening modulus.
+const HARDENING: Bounds = Bounds::new(0.0, 1e13, " Pa", "must be finite and not negative", "diamond yields at 1e11 Pa");
+/// Consistency of flow: glass counts as solid at 1e12 Pa s.
+const VISCOSITY: Bounds =
+    Bounds::new(0.0, 1e13, " Pa s^n", "must be finite and not negative", "glass counts as solid at 1e12 Pa s");
+/// Rate of working: at the greatest, a plastic strain of one in a million works the clay through.
+const WORKING_RATE: Bounds =
+    Bounds::new(0.0, 1e6, " per plastic strain", "must be finite and not negative", "a strain of 1e-6 works the clay through");
+/// Softening length, where one is given.
+const SOFTENING_LENGTHS: Bounds = Bounds::new(
+    LENGTH.low,
+    LENGTH.high,
+    " m",
+    "must be 0 (3 cells) or a positive length in metres",
+    "a sheet in a grain of clay, and 10 km",
+);
 
 fn one() -> f64 {
     1.0
@@ -321,12 +347,8 @@ impl ClayMaterial {
     /// # Errors
     /// The first parameter that is out of its range, by name.
     pub fn validate(&self) -> Result<(), ParamsError> {
-        let positive = |name, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(ParamsError::new(name, value, "must be finite and positive")),
-        };
-        positive("density", self.density)?;
-        positive("young_modulus", self.young_modulus)?;
+        DENSITY.check("density", self.density)?;
+        STIFFNESS.check("young_modulus", self.young_modulus)?;
         if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
             return Err(ParamsError::new(
                 "poisson_ratio",
@@ -334,29 +356,21 @@ impl ClayMaterial {
                 "must lie in (-1, 0.5); 0.5 is incompressible and has no finite bulk modulus",
             ));
         }
-        if self.yield_stress.is_nan() || self.yield_stress <= 0.0 {
-            return Err(ParamsError::new("yield_stress", self.yield_stress, "must be positive (inf for elastic clay)"));
+        if self.yield_stress != f64::INFINITY {
+            STRENGTH.check("yield_stress", self.yield_stress)?;
         }
         if !(0.0..1.0).contains(&self.softening) {
             return Err(ParamsError::new("softening", self.softening, "must lie in [0, 1)"));
         }
-        if !(self.softening_length.is_finite() && self.softening_length >= 0.0) {
-            return Err(ParamsError::new(
-                "softening_length",
-                self.softening_length,
-                "must be 0 (3 cells) or a positive length in metres",
-            ));
+        if self.softening_length != 0.0 {
+            SOFTENING_LENGTHS.check("softening_length", self.softening_length)?;
         }
         self.validate_flow()
     }
 
     fn validate_flow(&self) -> Result<(), ParamsError> {
-        let not_negative = |name, value: f64| match value.is_finite() && value >= 0.0 {
-            true => Ok(()),
-            false => Err(ParamsError::new(name, value, "must be finite and not negative")),
-        };
-        not_negative("hardening_modulus", self.hardening_modulus)?;
-        not_negative("viscosity", self.viscosity)?;
+        HARDENING.check("hardening_modulus", self.hardening_modulus)?;
+        VISCOSITY.check("viscosity", self.viscosity)?;
         // Below 0.05 the stress hardly knows the rate, and the return map's powers leave the range of f32.
         if !(0.05..=1.0).contains(&self.flow_index) {
             return Err(ParamsError::new("flow_index", self.flow_index, "must lie in [0.05, 1]"));
@@ -369,7 +383,7 @@ impl ClayMaterial {
             ClayLaw::Worked { rest_time, .. } if rest_time.is_nan() || rest_time <= 0.0 => {
                 Err(ParamsError::new("rest_time", rest_time, "must be a positive time in seconds, or inf"))
             }
-            ClayLaw::Worked { rate, .. } => not_negative("rate", rate),
+            ClayLaw::Worked { rate, .. } => WORKING_RATE.check("rate", rate),
         }
     }
 }

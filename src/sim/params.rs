@@ -78,11 +78,102 @@ pub struct ParamsError {
 }
 
 impl ParamsError {
-    /// An error about `name`.
+    /// An error about `name`. A value of many digits or letters is shown short, on one line.
     pub fn new(name: &'static str, value: impl Display, reason: impl Into<String>) -> Self {
-        Self { name, value: value.to_string(), reason: reason.into() }
+        /// Letters of a value that are shown.
+        const LONG: usize = 60;
+        /// Letters of a number: all its digits and no rows of zeros.
+        const LONG_NUMBER: usize = 24;
+        let mut value = value.to_string().replace(char::is_control, " ");
+        match value.parse::<f64>() {
+            Ok(number) if value.len() > LONG_NUMBER => value = format!("{number:e}"),
+            _ if value.chars().nth(LONG).is_some() => value = value.chars().take(LONG).chain("...".chars()).collect(),
+            _ => {}
+        }
+        Self { name, value, reason: reason.into() }
     }
 }
+
+/// The values that a quantity may have. Finite numbers beyond them are slips of the pen that would stop a run
+/// midway, or keep it busy for ever.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The least.
+    pub low: f64,
+    /// The greatest.
+    pub high: f64,
+    /// What the quantity has to be.
+    what: &'static str,
+    /// Its unit.
+    unit: &'static str,
+    /// What lies at the bounds.
+    why: &'static str,
+}
+
+impl Bounds {
+    /// From `low` to `high` [`unit`], for the reason `why`; `what` a value has to be, in words that go before
+    /// its bounds.
+    pub const fn new(low: f64, high: f64, unit: &'static str, what: &'static str, why: &'static str) -> Self {
+        Self { low, high, what, unit, why }
+    }
+
+    /// Checks a value.
+    ///
+    /// # Errors
+    /// A value out of the bounds or not a number, by `name`.
+    pub fn check(&self, name: &'static str, value: f64) -> Result<(), ParamsError> {
+        let Self { low, high, what, unit, why } = *self;
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(ParamsError::new(name, value, format!("{what}, {low:e} to {high:e}{unit}: {why}")))
+    }
+
+    /// Checks a value of either sign against the greatest value.
+    ///
+    /// # Errors
+    /// A value beyond it or not a number, by `name`.
+    pub fn check_signed(&self, name: &'static str, value: f64) -> Result<(), ParamsError> {
+        let Self { high, unit, why, .. } = *self;
+        // A NaN is in no range.
+        if (-high..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(ParamsError::new(name, value, format!("must be finite, -{high:e} to {high:e}{unit}: {why}")))
+    }
+
+    /// Checks each coordinate of a vector, which may point anywhere, against the greatest value.
+    ///
+    /// # Errors
+    /// A coordinate beyond it or not a number, by `name`.
+    pub fn check_vector(&self, name: &'static str, vector: DVec3) -> Result<(), ParamsError> {
+        let Self { high, unit, why, .. } = *self;
+        // A NaN is in no range.
+        if vector.to_array().into_iter().all(|x| (-high..=high).contains(&x)) {
+            return Ok(());
+        }
+        Err(ParamsError::new(name, vector, format!("must be finite and within {high:e}{unit} of 0 along each axis: {why}")))
+    }
+}
+
+/// Lengths and distances from the origin. The sheets that a clay's grains are stacks of are 1 nm thick.
+pub const LENGTH: Bounds = Bounds::new(
+    1e-9,
+    1e4,
+    " m",
+    "must be a positive length in metres",
+    "farther out f32, which mesh files hold, does not tell 1 mm apart",
+);
+
+/// Times. In the least, light goes 0.3 mm; the greatest is eleven days.
+pub const TIME: Bounds =
+    Bounds::new(1e-12, 1e6, " s", "must be a positive time in seconds", "eleven days of clay are more than any run ends in");
+
+/// Gravity. Ten thousand times the Earth's, where geotechnical centrifuges end at 500.
+pub const GRAVITY: Bounds = Bounds::new(0.0, 1e5, " m/s^2", "must be finite", "ten thousand times the Earth's");
+
+/// Speeds of tools: twice that of sound in steel.
+pub const SPEED: Bounds = Bounds::new(0.0, 1e4, " m/s", "must be a speed", "twice that of sound in steel");
 
 impl Domain {
     /// The domain that holds the box `low`..`high` [m]; its walls stand at `low` and at `low` + whole blocks

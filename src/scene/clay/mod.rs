@@ -23,6 +23,7 @@ mod unit;
 pub use stamp::FileStamp;
 
 use super::error::SceneError;
+use super::text::{named, read_text, short};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::ParamsError;
 use field::{Kind, law, number_mut};
@@ -33,6 +34,8 @@ use std::path::{Path, PathBuf};
 const FOLDER: &str = "assets/clays";
 /// What a clay file's name ends with.
 const ENDING: &str = ".clay.ron";
+/// The longest clay file [bytes]: the clays of this crate take 1 kB.
+const BYTES_MAX: u64 = 1 << 20;
 /// The longest chain of files that extend each other.
 const CHAIN_MAX: usize = 16;
 
@@ -134,7 +137,7 @@ impl Source {
     /// What to call it in errors.
     fn name(&self) -> String {
         match self {
-            Self::File(path) => path.display().to_string(),
+            Self::File(path) => named(path),
             Self::BuiltIn(name, _) => (*name).to_string(),
         }
     }
@@ -203,7 +206,7 @@ impl Reader<'_> {
             Source::BuiltIn(_, text) => self.read(text, &name, Path::new("")),
             Source::File(path) => {
                 self.stamps.push(FileStamp::of(path));
-                let text = std::fs::read_to_string(path).map_err(|error| SceneError::Read { file: name.clone(), error })?;
+                let text = read_text(path, BYTES_MAX, "clay")?;
                 self.read(&text, &name, path.parent().unwrap_or(Path::new("")))
             }
         }
@@ -308,12 +311,6 @@ fn si(entry: &Entry) -> Result<f64, ParamsError> {
 /// A text as it stands in the file, unless it is long.
 fn quoted(text: &str) -> String {
     format!("{:?}", short(text))
-}
-
-/// The beginning of a text: errors are lines, not pages.
-fn short(text: &str) -> String {
-    const LONG: usize = 60;
-    if text.chars().count() <= LONG { text.to_string() } else { text.chars().take(LONG).chain("...".chars()).collect() }
 }
 
 /// The name of a file without folders and endings.

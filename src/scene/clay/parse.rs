@@ -2,7 +2,7 @@
 
 use super::field::{FIELDS, Field, Kind, LAW_NUMBERS, LAWS, WELDS};
 use crate::scene::error::SceneError;
-use crate::scene::file::message;
+use crate::scene::text::{fault, short};
 use crate::sim::material::{ClayLaw, Weld};
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, VariantAccess, Visitor};
 use std::fmt;
@@ -41,12 +41,7 @@ impl Sheet {
     pub(super) fn read(text: &str, file: &str) -> Result<Self, SceneError> {
         let mut sheet = Self::default();
         let top = Struct { text, known: &FIELDS, unknown: &mut sheet.unknown };
-        let entries = ron::Options::default().from_str_seed(text, top).map_err(|error| SceneError::Parse {
-            file: file.to_string(),
-            line: error.span.start.line,
-            column: error.span.start.col,
-            message: message(&error.code),
-        })?;
+        let entries = ron::Options::default().from_str_seed(text, top).map_err(|error| fault(file, &error, ""))?;
         sheet.entries = entries;
         Ok(sheet)
     }
@@ -177,13 +172,13 @@ impl<'de> Visitor<'de> for Content<'_> {
         let (name, content) = data.variant_seed(Key)?;
         if self.field.kind == Kind::Weld {
             let Some((_, weld)) = WELDS.into_iter().zip(Weld::ALL).find(|weld| weld.0 == name) else {
-                return Err(A::Error::custom(format!("`{name}` is no weld rule; known are {}", WELDS.join(", "))));
+                return Err(A::Error::custom(format!("`{}` is no weld rule; known are {}", short(name), WELDS.join(", "))));
             };
             content.unit_variant()?;
             return Ok(Value::Weld(weld));
         }
         let Some(mut law) = ClayLaw::ALL.into_iter().find(|law| law.identifier() == name) else {
-            return Err(A::Error::custom(format!("`{name}` is no law; known are {}", LAWS.join(", "))));
+            return Err(A::Error::custom(format!("`{}` is no law; known are {}", short(name), LAWS.join(", "))));
         };
         if law.numbers_mut().is_empty() {
             content.unit_variant()?;

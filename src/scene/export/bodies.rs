@@ -75,7 +75,7 @@ fn append(mesh: &mut Mesh, other: &Mesh) {
 /// A shell prepared for the question what is in it.
 fn tree_of(shell: &Mesh) -> WindingTree {
     let positions = shell.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
-    WindingTree::new(&ImportedMesh { positions, triangles: shell.triangles.clone() })
+    WindingTree::new(&ImportedMesh { positions, triangles: shell.triangles.clone(), doubled: 0 })
 }
 
 /// Whether `inner` is inside a closed shell: by the mean winding number of three of its vertices, so that one that all but touches the shell

@@ -2,7 +2,7 @@
 //!
 //! Every mesh goes the same way: [`print_ready`] makes it a closed, oriented manifold of separate shells, [`bodies`] sorts the shells into
 //! bodies with their cavities, [`mod@simplify`] takes triangles away if that is asked for, and a writer per format does the rest.
-//! A file appears whole or not at all: it is written beside its place under another name and then renamed.
+//! A file appears whole or not at all ([`whole`]).
 
 pub mod bodies;
 mod glb;
@@ -11,21 +11,25 @@ mod ply;
 pub mod simplify;
 mod stl;
 mod threemf;
+pub mod whole;
 
-use crate::sim::params::ParamsError;
+use crate::sim::params::{Bounds, LENGTH, ParamsError};
 use crate::sim::snapshot::Snapshot;
 use crate::surface::mesh::Mesh;
 use crate::surface::stitch::{Repairs, print_ready};
 use bodies::{Body, bodies_of};
 use serde::{Deserialize, Serialize};
 use simplify::simplify_checked;
-use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use whole::{Unfinished, write_whole};
 
 /// Millimetres per metre.
 const MM: f32 = 1000.0;
+
+/// Name of the particles' file in a run's folder.
+pub const PARTICLES: &str = "particles.ply";
 
 /// Mesh file formats that can be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +80,7 @@ impl ExportFormat {
         if self == Self::Glb { 1.0 } else { MM }
     }
 
-    fn write(self, out: &mut BufWriter<File>, bodies: &[Mesh]) -> io::Result<()> {
+    fn write(self, out: &mut BufWriter<&File>, bodies: &[Mesh]) -> io::Result<()> {
         match self {
             Self::Stl => stl::write(out, bodies),
             Self::Ply => ply::write(out, bodies),
@@ -110,22 +114,23 @@ pub struct ExportOptions {
     pub simplify: Option<f64>,
 }
 
+/// The least volume of a body: at the greatest, that of a cube whose edge is the greatest length.
+const VOLUME_MIN: Bounds = Bounds::new(
+    0.0,
+    LENGTH.high * LENGTH.high * LENGTH.high,
+    " m^3",
+    "must be a volume in cubic metres, 0 for every body",
+    "a cube 10 km high",
+);
+
 impl ExportOptions {
     /// Checks the ranges.
     ///
     /// # Errors
     /// The first option out of its range.
     pub fn validate(&self) -> Result<(), ParamsError> {
-        let volume = self.volume_min;
-        if !(volume.is_finite() && volume >= 0.0) {
-            return Err(ParamsError::new("volume_min", volume, "must be a volume in cubic metres, 0 for every body"));
-        }
-        match self.simplify {
-            Some(error) if !(error.is_finite() && error > 0.0) => {
-                Err(ParamsError::new("simplify", error, "must be a positive distance in metres"))
-            }
-            _ => Ok(()),
-        }
+        VOLUME_MIN.check("volume_min", self.volume_min)?;
+        self.simplify.map_or(Ok(()), |error| LENGTH.check("simplify", error))
     }
 }
 
@@ -242,8 +247,8 @@ fn finished(body: Body, simplify: Option<f64>) -> (Mesh, BodyReport) {
     (mesh, BodyReport { volume, cavities, triangles_extracted, triangles, not_simplified })
 }
 
-/// `name-3.stl` of `name.stl`.
-fn numbered(path: &Path, number: usize) -> PathBuf {
+/// `name-3.stl` of `name.stl`: the file of the third body where each has its own.
+pub fn numbered(path: &Path, number: usize) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
     name.push(format!("-{number}"));
     if let Some(extension) = path.extension() {
@@ -275,45 +280,6 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
-/// Writes beside `path` and renames.
-fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), ExportError> {
-    Unfinished::write(path, write)?.finish()
-}
-
-/// A file beside its place, gone when it is dropped before it got there.
-struct Unfinished<'a> {
-    path: &'a Path,
-    temporary: PathBuf,
-}
-
-impl<'a> Unfinished<'a> {
-    fn write(path: &'a Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<Self, ExportError> {
-        let error = |source| ExportError::Io { path: path.into(), source };
-        let name = path.file_name().ok_or_else(|| error(io::ErrorKind::InvalidFilename.into()))?;
-        let mut temporary = OsString::from(".");
-        temporary.push(name);
-        temporary.push(format!(".{}.tmp", std::process::id()));
-        let temporary = path.with_file_name(temporary);
-        let file = File::create(&temporary).map_err(error)?;
-        let unfinished = Self { path, temporary };
-        let mut out = BufWriter::new(file);
-        let written = write(&mut out).and_then(|()| out.into_inner()?.sync_all());
-        written.map_err(error)?;
-        Ok(unfinished)
-    }
-
-    fn finish(self) -> Result<(), ExportError> {
-        fs::rename(&self.temporary, self.path).map_err(|source| ExportError::Io { path: self.path.into(), source })
-    }
-}
-
-impl Drop for Unfinished<'_> {
-    fn drop(&mut self) {
-        // Gone already after a rename; and a temporary file that cannot be removed adds nothing to the error that is told.
-        let _ = fs::remove_file(&self.temporary);
-    }
 }
 
 #[cfg(test)]

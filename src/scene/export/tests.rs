@@ -10,6 +10,7 @@ use crate::surface::check::MeshCheck;
 use crate::surface::extract::extract_field;
 use crate::surface::field::Field;
 use glam::{DVec3, Vec3};
+use std::fs;
 
 /// A ball of 5 nodes radius, node spacing 1 m.
 fn ball() -> Mesh {
@@ -217,7 +218,7 @@ fn failed_write_leaves_nothing_behind() {
     let dir = directory();
     let path = dir.path().join("old.stl");
     fs::write(&path, "old").expect("written");
-    let failing = |out: &mut BufWriter<File>| {
+    let failing = |out: &mut BufWriter<&File>| {
         out.write_all(b"half")?;
         Err(io::ErrorKind::StorageFull.into())
     };

@@ -3,7 +3,8 @@
 //! `gltf-json` reads the text; data are read here, every index and range checked, since the `gltf` crate takes files for valid.
 //! Skins, morph targets and animations are left at their start: the mesh is read as its nodes place it.
 
-use super::{Fault, Soup};
+use super::super::text::read_bytes;
+use super::{BYTES_MAX, Fault, Soup};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use glam::{DMat4, DQuat, DVec3};
@@ -123,7 +124,7 @@ fn load_buffer<'a>(
                 if name.contains(':') || !Path::new(&name).components().all(is_plain) {
                     return Err(fault(format!("`{uri}` is no path beside the file")));
                 }
-                Cow::Owned(std::fs::read(folder.join(&name)).map_err(|e| fault(format!("{name}: {e}")))?)
+                Cow::Owned(read_bytes(&folder.join(&name), BYTES_MAX, "mesh").map_err(|e| fault(e.to_string()))?)
             }
         },
     };

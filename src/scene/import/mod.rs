@@ -6,9 +6,14 @@ mod ply;
 mod stl;
 
 use super::error::SceneError;
+use super::text::{named, one_line, read_bytes};
 use glam::{DQuat, DVec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
+
+/// The longest mesh file [bytes]: ten million triangles in binary STL, more than the finest grid, of 1024
+/// cells along an edge, tells apart.
+const BYTES_MAX: u64 = 512 << 20;
 
 /// Mesh file formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +107,9 @@ pub struct ImportedMesh {
     pub positions: Vec<DVec3>,
     /// Vertex indices, counter-clockwise seen from outside, shape [`triangle_count`, 3].
     pub triangles: Vec<[u32; 3]>,
+    /// Triangles of the file that it had given before, left out: they would count twice in volumes and
+    /// winding numbers.
+    pub doubled: usize,
 }
 
 impl ImportedMesh {
@@ -110,7 +118,7 @@ impl ImportedMesh {
     /// # Errors
     /// A file that is missing, of an unknown extension, damaged, or without triangles.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let file = path.display().to_string();
+        let file = named(path);
         let Some(format) = MeshFormat::from_path(path) else {
             return Err(SceneError::Mesh {
                 file,
@@ -118,10 +126,7 @@ impl ImportedMesh {
                 reason: "unknown mesh format; known are .obj, .stl, .ply, .glb and .gltf".into(),
             });
         };
-        match std::fs::read(path) {
-            Ok(bytes) => Self::read(&bytes, format, &file, path.parent()),
-            Err(error) => Err(SceneError::Read { file, error }),
-        }
+        Self::read(&read_bytes(path, BYTES_MAX, "mesh")?, format, &file, path.parent())
     }
 
     /// Reads a mesh from the bytes of a file; `file` names it in errors. A `.gltf` with buffers in other files is read by [`Self::load`] alone.
@@ -147,10 +152,12 @@ impl ImportedMesh {
         Ok(mesh)
     }
 
-    /// Joins vertices of equal position; drops vertices without a triangle and triangles of fewer than three vertices.
+    /// Joins vertices of equal position; drops vertices without a triangle, triangles of fewer than three
+    /// vertices, and all but the first of triangles of the same vertices that face the same way.
     fn weld(soup: &Soup) -> Self {
         let mut mesh = Self::default();
         let mut known = HashMap::new();
+        let mut seen = HashSet::new();
         for triangle in &soup.triangles {
             let corners = triangle.map(|i| soup.positions[i as usize]);
             // Adding 0 turns -0 into 0, so that equal numbers have equal bits.
@@ -166,7 +173,12 @@ impl ImportedMesh {
                     (mesh.positions.len() - 1) as u32
                 });
             }
-            mesh.triangles.push(welded);
+            let [a, b, c] = welded;
+            if seen.insert([welded, [b, c, a], [c, a, b]].into_iter().min()) {
+                mesh.triangles.push(welded);
+            } else {
+                mesh.doubled += 1;
+            }
         }
         mesh
     }
@@ -236,15 +248,6 @@ fn root(parent: &mut HashMap<u32, u32>, mut vertex: u32) -> u32 {
         vertex = above;
     }
     vertex
-}
-
-/// Text from a file, fit for an error message: one line, no control characters, at most 200 characters.
-fn one_line(text: &str) -> String {
-    let mut line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect();
-    if text.chars().nth(200).is_some() {
-        line.push_str("...");
-    }
-    line
 }
 
 #[cfg(test)]

@@ -262,7 +262,7 @@ pub(super) fn centre(domain: &Domain) -> IVec3 {
 #[cfg(test)]
 mod tests {
     use super::super::super::material::ClayMaterial;
-    use super::super::super::plan::StepLimits;
+    use super::super::super::planner::StepLimits;
     use super::*;
 
     /// Laws and methods that are kept for comparison are refused by name, the others are not.

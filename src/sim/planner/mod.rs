@@ -4,7 +4,7 @@
 //! | file     | does                                                        |
 //! |----------|-------------------------------------------------------------|
 //! | `trail`  | timed poses of any clock -> the piece of them that a frame sweeps |
-//! | `limits` | tools, speeds and material -> substeps of the explicit step |
+//! | `step`   | tools, speeds and material -> substeps of the explicit step |
 //! | `sheets` | a sheet for each visit of a blade                           |
 //!
 //! ```
@@ -29,16 +29,17 @@
 //! }
 //! ```
 
-mod limits;
 mod sheets;
+mod step;
 mod trail;
 
-pub use limits::{InertiaScaling, STEP_FRACTION, StepLimits, TOOL_MACH_MAX, TOOL_TRAVEL_MAX, TRAVEL_MAX, VOLUME_AVERAGING};
 pub use sheets::Sheets;
+pub use step::{InertiaScaling, STEP_FRACTION, StepLimits, TOOL_MACH_MAX, TOOL_TRAVEL_MAX, TRAVEL_MAX, VOLUME_AVERAGING};
 pub use trail::{Backlog, LAG_MAX, ToolSamples};
 
 use super::frame::{FrameOutputs, FramePlan, FrameReport};
 use super::health::Health;
+use super::limits::PENDING_MAX;
 use super::material::ClayMaterial;
 use super::snapshot::Snapshot;
 use super::tool::{Pose, ToolPath};
@@ -54,8 +55,6 @@ pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
 const FRAME_MIN: f64 = 1e-4;
 /// The first frame of an engine of which nothing is known [s].
 const FRAME_FIRST: f64 = 1e-3;
-/// Frames that may be under way. The plan of frame n is made from the report of frame n - 2.
-pub const FRAMES_UNDER_WAY: usize = 2;
 
 /// What is to be done next.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,10 +176,10 @@ impl Planner {
         self.cost.map_or(FRAME_FIRST, |cost| afforded(cost).clamp(FRAME_MIN, FRAME_MAX))
     }
 
-    /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than [`FRAMES_UNDER_WAY`] are under way. Time owed is settled by
+    /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than [`PENDING_MAX`] are under way. Time owed is settled by
     /// it, [`Self::sent`] settles the rest: what the tools did in a plan that no engine took is swept by the next.
     pub fn next(&mut self, material: &ClayMaterial) -> Decision {
-        if self.owed <= 0.0 || self.under_way >= FRAMES_UNDER_WAY || self.trails.is_mending() {
+        if self.owed <= 0.0 || self.under_way >= PENDING_MAX || self.trails.is_mending() {
             return Decision::Idle;
         }
         let owed = std::mem::take(&mut self.owed);
@@ -194,7 +193,7 @@ impl Planner {
 
     /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those of a scene. Nothing if a report has to come first.
     pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> Decision {
-        if self.under_way >= FRAMES_UNDER_WAY {
+        if self.under_way >= PENDING_MAX {
             return Decision::Idle;
         }
         Decision::Run(self.draft(material, duration, paths))

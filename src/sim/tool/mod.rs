@@ -16,7 +16,7 @@ pub use shape::{CONTACT_OFFSET, ToolShape};
 pub(crate) use touch::spline;
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};
 
-use super::params::ParamsError;
+use super::params::{Bounds, ParamsError};
 use super::variants::variants;
 use serde::{Deserialize, Serialize};
 
@@ -74,6 +74,15 @@ impl Contact {
     }
 }
 
+/// Coulomb coefficients: rubber on rock has 1 or 2. Clay that should not slide at all sticks.
+const FRICTION: Bounds = Bounds::new(
+    0.0,
+    1e3,
+    "",
+    "must be finite and not negative",
+    "rubber on rock has 1 or 2; for clay that does not slide there is `Stick`",
+);
+
 /// A tool: a shape and how it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tool {
@@ -97,10 +106,8 @@ impl Tool {
     pub fn validate(&self) -> Result<(), ParamsError> {
         self.shape.validate()?;
         match self.contact {
-            Contact::Separate { friction } if !(friction.is_finite() && friction >= 0.0) => {
-                Err(ParamsError::new("friction", friction, "must be finite and not negative"))
-            }
-            Contact::Stick | Contact::Slip | Contact::Separate { .. } => Ok(()),
+            Contact::Separate { friction } => FRICTION.check("friction", friction),
+            Contact::Stick | Contact::Slip => Ok(()),
         }
     }
 }

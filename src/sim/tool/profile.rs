@@ -1,7 +1,7 @@
 //! The profile of a bent blade: a polyline in the blade's XZ plane, along which a strip of constant height is
 //! bent.
 
-use super::super::params::ParamsError;
+use super::super::params::{LENGTH, ParamsError};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -39,16 +39,14 @@ impl Profile {
     /// A profile of these points [m].
     ///
     /// # Errors
-    /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite, or two in a row at
-    /// one place.
+    /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite or out of [`LENGTH`],
+    /// or two in a row at one place.
     pub fn new(points: &[DVec2]) -> Result<Self, ParamsError> {
         let error = |value: String, reason| Err(ParamsError::new("profile", value, reason));
         if !(2..=PROFILE_POINTS).contains(&points.len()) {
             return error(format!("{} points", points.len()), "must have 2 to 33 points");
         }
-        if let Some(bad) = points.iter().find(|p| !p.is_finite()) {
-            return error(bad.to_string(), "must be finite");
-        }
+        points.iter().try_for_each(|p| LENGTH.check_vector("profile", p.extend(0.0)))?;
         if let Some(pair) = points.windows(2).find(|pair| pair[0] == pair[1]) {
             return error(pair[0].to_string(), "must not hold a point twice in a row");
         }

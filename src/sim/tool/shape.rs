@@ -1,6 +1,6 @@
 //! Tool shapes and their exact signed distances.
 
-use super::super::params::ParamsError;
+use super::super::params::{LENGTH, ParamsError};
 use super::super::variants::variants;
 use super::blade::Outline;
 use super::profile::Profile;
@@ -197,12 +197,9 @@ impl ToolShape {
     /// Checks the shape's lengths.
     ///
     /// # Errors
-    /// The first length that is not finite and positive, by name.
+    /// The first length out of [`LENGTH`], by name.
     pub fn validate(&self) -> Result<(), ParamsError> {
-        let check = |name, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(ParamsError::new(name, value, "must be a finite, positive length in metres")),
-        };
+        let check = |name, value: f64| LENGTH.check(name, value);
         match *self {
             Self::Sphere { radius } => check("radius", radius),
             Self::Capsule { radius, half_length } => check("radius", radius).and(check("half_length", half_length)),

@@ -55,7 +55,7 @@ fn load(root: &Value, numbers: &[u8]) -> Result<ImportedMesh, String> {
 /// A tetrahedron of volume 1/6.
 fn tetrahedron() -> ImportedMesh {
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    ImportedMesh { positions, triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] }
+    ImportedMesh { positions, triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], doubled: 0 }
 }
 
 fn assert_sound(mesh: &ImportedMesh, volume: f64) {

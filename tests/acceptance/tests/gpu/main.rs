@@ -110,6 +110,7 @@ fn main() {
         with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),
         ("limits_are_named", Box::new(robust::limits_are_named)),
         ("lost_device_is_told", Box::new(robust::lost_device_is_told)),
+        ("search_for_a_device_is_silent", Box::new(robust::search_for_a_device_is_silent)),
     ];
     let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
     let is_ignored = ENGINE.is_err() && mode != GpuMode::Require;

@@ -152,6 +152,16 @@ pub(crate) fn limits_are_named() -> Result<(), Failed> {
     Ok(())
 }
 
+/// A program that asks for a device, as this one does before it lists its tests, prints nothing of its
+/// libraries' about displays on standard error: cargo sees to it.
+pub(crate) fn search_for_a_device_is_silent() -> Result<(), Failed> {
+    let test = std::env::current_exe().map_err(|e| e.to_string())?;
+    let listed = std::process::Command::new(test).arg("--list").output().map_err(|e| e.to_string())?;
+    let error = String::from_utf8_lossy(&listed.stderr);
+    assert!(listed.status.success() && error.is_empty(), "{error}");
+    Ok(())
+}
+
 /// A lost device stops the engine, which says so; what it reported last can still be saved.
 pub(crate) fn lost_device_is_told() -> Result<(), Failed> {
     let device = GpuDevice::headless().map_err(|e| e.to_string())?;

@@ -1,0 +1,69 @@
+//! The command line.
+
+use clap::Parser;
+use std::path::PathBuf;
+
+/// Pictures where none were asked for.
+const PICTURES: u64 = 4;
+
+/// Files, units and exit codes.
+pub(crate) const AFTER_HELP: &str = "\
+Files in DIR (lengths in a scene are metres, times seconds):
+  summary.json   the run at a glance: version, frames, exit status, health, faults; units stand in the names
+  metrics.csv    a line per frame; units stand in the header
+  surface.stl    the surface of the last frame, or what the scene's `outputs.surface` names:
+                 .stl, .ply, .obj, .3mf in millimetres, .glb in metres
+  particles.ply  the particles of the last frame: positions in millimetres, velocities in m/s
+  frame_NNNN.png pictures after frame NNNN, with the default features
+
+Exit codes:
+  0    all is well
+  1    a check failed, the run stopped early, or a file could not be written; the rest is written
+  2    bad input: one line says what is wrong and where, nothing is written
+  130  interrupted (Ctrl+C): the frame under way was ended, what there was is written;
+       a second Ctrl+C ends at once";
+
+#[derive(Parser)]
+#[command(name = "headless", about = "Runs a clay scene without a window", version, after_help = AFTER_HELP)]
+pub(crate) struct Args {
+    /// Scene file (RON).
+    pub(crate) scene: PathBuf,
+    /// Folder for the results, made if missing.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(crate) out: PathBuf,
+    /// Runs only the first N frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) frames: Option<u64>,
+    /// Pictures of the run, evenly spread, the last of its end: 4 if not said. They need the default features
+    /// and a graphics adapter.
+    #[arg(long, value_name = "N")]
+    pub(crate) pictures: Option<u64>,
+}
+
+impl Args {
+    /// The command line. Asked for help or version, it is printed and the program ends.
+    ///
+    /// # Errors
+    /// One line that names the argument that is wrong.
+    pub(crate) fn read() -> Result<Self, String> {
+        Self::try_parse().map_err(|error| {
+            if !error.use_stderr() {
+                error.exit();
+            }
+            let text = error.to_string();
+            // The usage follows after an empty line.
+            let what = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
+            what.split_whitespace().collect::<Vec<_>>().join(" ")
+        })
+    }
+
+    /// Pictures that are to be taken of `frames`.
+    pub(crate) fn pictures_of(&self, frames: u64) -> u64 {
+        self.pictures.unwrap_or(PICTURES).min(frames)
+    }
+
+    /// Whether pictures were asked for: then it is a fault if there are none.
+    pub(crate) fn wants_pictures(&self) -> bool {
+        self.pictures.is_some_and(|count| count > 0)
+    }
+}

@@ -1,0 +1,106 @@
+//! Runs a scene without a window: `cargo run --no-default-features --example headless -- SCENE.ron --out DIR
+//! [--frames N]`.
+//!
+//! What it writes into DIR, what its exit codes mean and in which units it writes: `--help`, which is
+//! [`args::AFTER_HELP`]. From the command line to the files:
+//!
+//! | file         | takes                        | makes                                                          |
+//! |--------------|------------------------------|----------------------------------------------------------------|
+//! | `args`       | command line                 | scene file, folder, frames, pictures                           |
+//! | `places`     | scene, folder                | the files of this run, each known to be writable               |
+//! | `run`        | built scene                  | engine at the run's end, why it ended                          |
+//! | `tally`      | frame reports                | `metrics.csv`, sums and extremes, checks                       |
+//! | `write`      | all of these                 | the files, the summary, faults                                 |
+//! | `pictures`   | surfaces of some frames      | PNG files; in a build without Bevy `no_pictures`               |
+//! | `say`        | lines                        | standard output and standard error, which may be closed        |
+//! | `interrupt`  | Ctrl+C                       | a question that the frame loop asks                            |
+
+mod args;
+mod interrupt;
+#[cfg(not(feature = "bevy"))]
+#[path = "no_pictures.rs"]
+mod pictures;
+#[cfg(feature = "bevy")]
+mod pictures;
+mod places;
+mod progress;
+mod run;
+mod say;
+mod tally;
+mod write;
+
+use args::Args;
+use bevy_clay::prelude::*;
+use places::Places;
+use run::Run;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+use write::Results;
+
+/// How the program ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Exit {
+    /// All is well.
+    Well = 0,
+    /// A check failed, the run stopped early, or a file could not be written.
+    Fault = 1,
+    /// Bad input: nothing was run or written.
+    Input = 2,
+    /// Interrupted: what there was is written. 128 and the number of SIGINT, as shells have it.
+    Interrupted = 130,
+}
+
+fn main() -> ExitCode {
+    let exit = Args::read().and_then(|args| prepare(&args).map(|ready| finish(&args, ready))).unwrap_or_else(|error| {
+        say::error(&error);
+        Exit::Input
+    });
+    ExitCode::from(exit as u8)
+}
+
+/// Everything that can be refused before the first frame, done.
+struct Ready {
+    built: BuiltScene,
+    engine: NativeEngine,
+    places: Places,
+    began: Instant,
+}
+
+/// Reads the scene, loads the clay and finds out whether the results can be written.
+fn prepare(args: &Args) -> Result<Ready, String> {
+    let began = Instant::now();
+    let scene = Scene::load(&args.scene).map_err(|e| e.to_string())?;
+    let built = scene.build(args.scene.parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
+    let mut engine = NativeEngine::new();
+    engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file))?;
+    let places = Places::prepare(args, &built.scene)?;
+    built.warnings.iter().for_each(|warning| say::warning(warning));
+    interrupt::watch()?;
+    Ok(Ready { built, engine, places, began })
+}
+
+/// Runs the scene and writes what came of it.
+fn finish(args: &Args, ready: Ready) -> Exit {
+    let Ready { built, mut engine, places, began } = ready;
+    let mut run = Run::new(&built, args);
+    let mut results = Results::new(&built, &places, &engine, began);
+    // In place of an earlier run's, which would pass for this one's if this one is killed; and where it
+    // cannot be written nothing can.
+    if !results.write_summary(&run) {
+        return Exit::Input;
+    }
+    let Domain { cell_width, .. } = built.snapshot.domain;
+    say::line(&format!(
+        "{}: {} particles, {:.2} mm cells, {} frames on the {}",
+        built.scene.file,
+        built.snapshot.particles.len(),
+        cell_width * 1e3,
+        run.frames,
+        engine.describe()
+    ));
+    run.run(&built, &mut engine);
+    results.write(&mut engine, &run);
+    results.write_pictures(&mut run, args);
+    results.conclude(&run)
+}
