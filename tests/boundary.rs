@@ -1,5 +1,6 @@
 //! The shape of the source tree: what may name what, and how long a file may be.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -80,6 +81,190 @@ fn modules_name_neither_bevy_nor_later_modules() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Circles of files that are left, by their modules, each with its reason.
+const CIRCLES: [(&[&str], &str); 0] = [];
+
+/// A module's path from the crate's root.
+type Module = Vec<String>;
+
+/// The modules of `src` with their code, those of tests left out.
+fn modules() -> BTreeMap<Module, String> {
+    let root = source();
+    let rust = files(&root).into_iter().filter(|f| f.extension().is_some_and(|e| e == "rs"));
+    let module = |file: PathBuf| {
+        let place = file.strip_prefix(&root).expect("below src").with_extension("");
+        let mut path: Module = place.iter().map(|p| p.to_string_lossy().into_owned()).collect();
+        path.pop_if(|last| *last == "mod" || *last == "lib");
+        (path, without_tests(&code(&fs::read_to_string(&file).expect("text"))))
+    };
+    let is_test = |path: &Module| path.last().is_some_and(|last| ["tests", "properties"].contains(&last.as_str()));
+    rust.map(module).filter(|(path, _)| !is_test(path)).collect()
+}
+
+/// The code without its test modules: they may name whom they like.
+fn without_tests(code: &str) -> String {
+    let mut rest = code;
+    let mut kept = String::new();
+    while let Some(at) = rest.find("#[cfg(test)]\nmod ").or_else(|| rest.find("#[cfg(all(test,")) {
+        kept.push_str(&rest[..at]);
+        let after = &rest[at..];
+        // A module in a file of its own is left out by its name.
+        let open = after.find('{').filter(|open| after.find(';').is_none_or(|end| *open < end));
+        let Some(open) = open else {
+            rest = &after[after.find(';').map_or(after.len(), |end| end + 1)..];
+            continue;
+        };
+        let mut depth = 0;
+        let end = after[open..].char_indices().find_map(|(i, c)| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            (depth == 0).then_some(open + i + 1)
+        });
+        rest = &after[end.unwrap_or(after.len())..];
+    }
+    kept + rest
+}
+
+/// The paths that begin with `segments` and go on in `rest`, groups in braces taken apart.
+fn tree(segments: &[String], rest: &str) -> Vec<Module> {
+    let rest = rest.trim_start();
+    if let Some(group) = rest.strip_prefix('{') {
+        let (mut depth, mut start, mut all) = (0, 0, vec![]);
+        for (i, c) in group.char_indices() {
+            if depth == 0 && (c == ',' || c == '}') {
+                all.extend(tree(segments, &group[start..i]));
+                start = i + 1;
+            }
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                _ => {}
+            }
+        }
+        return all;
+    }
+    let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+    if end == 0 {
+        return if segments.is_empty() { vec![] } else { vec![segments.to_vec()] };
+    }
+    let path = [segments, &[rest[..end].to_string()]].concat();
+    match rest[end..].trim_start().strip_prefix("::") {
+        Some(after) => tree(&path, after),
+        None => vec![path],
+    }
+}
+
+/// The modules that `code` of `module` names.
+fn named(module: &Module, code: &str, all: &BTreeMap<Module, String>) -> BTreeSet<Module> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let starts = code.match_indices(is_word).map(|(i, _)| i).filter(|i| {
+        let before = &code[..*i];
+        !before.ends_with(is_word) && !before.ends_with("::") && !before.ends_with('.')
+    });
+    let mut found = BTreeSet::new();
+    for start in starts {
+        let word_end = code[start..].find(|c| !is_word(c)).unwrap_or(code.len() - start);
+        let word = &code[start..start + word_end];
+        let child = [&module[..], &[word.to_string()]].concat();
+        if !code[start + word_end..].starts_with("::")
+            || !(["crate", "super", "self"].contains(&word) || all.contains_key(&child))
+        {
+            continue;
+        }
+        for path in tree(&[], &code[start..]) {
+            let mut at: Module = if path[0] == "crate" { vec![] } else { module.clone() };
+            for segment in &path {
+                match segment.as_str() {
+                    "crate" | "self" => {}
+                    "super" => {
+                        at.pop();
+                    }
+                    _ => {
+                        let next = [&at[..], std::slice::from_ref(segment)].concat();
+                        if !all.contains_key(&next) {
+                            break;
+                        }
+                        at = next;
+                    }
+                }
+            }
+            // The crate's root holds nothing but the modules.
+            if at != *module && !at.is_empty() {
+                found.insert(at);
+            }
+        }
+    }
+    found
+}
+
+/// Sets of modules each of which names, by way of others, every other one.
+fn circles(names: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<BTreeSet<Module>> {
+    let reached = |from: &Module| {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
+        while let Some(module) = next.pop() {
+            next.extend(names.get(module).into_iter().flatten().filter(|m| seen.insert((*m).clone())));
+        }
+        seen
+    };
+    let reach: BTreeMap<&Module, BTreeSet<Module>> = names.keys().map(|m| (m, reached(m))).collect();
+    let circle = |m: &Module| reach[m].iter().filter(|o| reach.get(o).is_some_and(|r| r.contains(m))).cloned().collect();
+    let mut all: Vec<BTreeSet<Module>> = names.keys().map(circle).filter(|c: &BTreeSet<Module>| c.len() > 1).collect();
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Files name each other in one direction; a circle that is left stands in [`CIRCLES`].
+#[test]
+fn files_name_each_other_one_way() {
+    let all = modules();
+    let names = all.iter().map(|(module, code)| (module.clone(), named(module, code, &all))).collect();
+    let show = |circle: &BTreeSet<Module>| circle.iter().map(|m| m.join("::")).collect::<Vec<_>>();
+    let found: Vec<_> = circles(&names).iter().map(show).collect();
+    let known: Vec<Vec<String>> = CIRCLES.iter().map(|(c, _)| c.iter().map(ToString::to_string).collect()).collect();
+    let told = |circle: &Vec<String>| {
+        let edges = |m: &String| {
+            let module: Module = m.split("::").map(String::from).collect();
+            let to = named(&module, &all[&module], &all)
+                .iter()
+                .map(|m| m.join("::"))
+                .filter(|m| circle.contains(m))
+                .collect::<Vec<_>>();
+            format!("{m} -> {}", to.join(", "))
+        };
+        circle.iter().map(edges).collect::<Vec<_>>()
+    };
+    let new: Vec<_> = found.iter().filter(|c| !known.contains(c)).map(told).collect();
+    assert!(new.is_empty(), "circles of files: {new:#?}");
+    let gone: Vec<_> = known.iter().filter(|c| !found.contains(c)).collect();
+    assert!(gone.is_empty(), "no longer circles, to be taken off the list: {gone:#?}");
+}
+
+/// Every way in which a file may name another is seen.
+#[test]
+fn planted_circles_are_found() {
+    let ways = [
+        "use crate::b::X;",
+        "use super::b;",
+        "use crate::{b::{X, Y}, c};",
+        "fn f(x: super::b::X) {}",
+        "mod d { use super::super::b::X; }",
+    ];
+    for way in ways {
+        let text = |module: &str| match module {
+            "a" => way.to_string(),
+            "b" => "fn g() { crate::a::f(); }".into(),
+            _ => String::new(),
+        };
+        let all: BTreeMap<Module, String> = ["a", "b", "c"].map(|m| (vec![m.to_string()], text(m))).into();
+        let names = all.iter().map(|(m, code)| (m.clone(), named(m, code, &all))).collect();
+        assert_eq!(circles(&names).len(), 1, "{way}");
+    }
+    let tests = "fn f() {}\n#[cfg(test)]\nmod tests { use super::b; { } }\nfn g() {}";
+    assert_eq!(without_tests(tests).matches("super").count(), 0);
+    assert!(without_tests(tests).ends_with("fn g() {}"));
 }
 
 #[test]

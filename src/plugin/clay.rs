@@ -1,7 +1,5 @@
 //! What an app gives and gets: the clay, its settings, its status.
 
-use super::engine::{ClayEngine, EngineStart};
-use super::show::{ClaySurface, Extracting};
 use crate::sim::frame::FrameReport;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{Domain, WALL_NODE, Walls};
@@ -28,8 +26,8 @@ impl Component for ClayMaterial {
 /// The default is a cube of 4 cm of soft clay with cells of 2 mm, standing on a floor.
 #[derive(Component, Clone, Debug, Reflect)]
 #[reflect(Component, Default)]
-#[require(ClaySettings, ClayStatus, EngineStart, Extracting, Transform, Visibility)]
-#[component(on_insert = insert_material, on_remove = remove_engine)]
+#[require(ClaySettings, ClayStatus, Transform, Visibility)]
+#[component(on_insert = insert_material)]
 pub struct Clay {
     #[reflect(ignore, default = "cube")]
     snapshot: Arc<Snapshot>,
@@ -89,11 +87,6 @@ fn insert_material(mut world: DeferredWorld, context: HookContext) {
         let material = clay.snapshot.material;
         world.commands().entity(context.entity).insert(material);
     }
-}
-
-/// Ends what runs for a [`Clay`] that goes.
-fn remove_engine(mut world: DeferredWorld, context: HookContext) {
-    world.commands().entity(context.entity).try_remove::<(ClayEngine, EngineStart, Extracting, ClaySurface)>();
 }
 
 /// Which engine runs the clay.

@@ -4,11 +4,12 @@
 //! allocator, where the passes write them each frame before any camera. How many are drawn is settled when the asset is made: the mesh is as large as its capacity, and
 //! triangles that are not there are points. Where the capacity is too small, the next one takes its place.
 
+use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceMaker};
 use super::engine::ClayEngine;
-use super::gpu::{AppDevice, Bridge, SharedDevice};
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
+use super::show::{self, DrawnByDevice};
 use crate::sim::engine::Deferred;
 use crate::sim::frame::SurfaceSource;
 use crate::sim::gpu::GpuError;
@@ -178,7 +179,7 @@ pub(super) struct DrawPlugin;
 
 impl Plugin for DrawPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Compiled>().add_systems(Update, choose.in_set(ClaySystems::Show).before(super::show::swap));
+        app.init_resource::<Compiled>().add_systems(Update, choose.in_set(ClaySystems::Show).before(show::swap));
         open_slabs(app);
     }
 
@@ -237,7 +238,7 @@ fn choose(
         let (Some((device, kernels)), Some(domain)) = (ready, engine.domain()) else {
             if drawn.is_some() {
                 // The next surface of the processor takes the mesh's place.
-                entity.remove::<(Drawn, Mesh3d, Aabb)>();
+                entity.remove::<(Drawn, DrawnByDevice, Mesh3d, Aabb)>();
             }
             continue;
         };
@@ -264,9 +265,10 @@ fn choose(
         let kept = drawn.filter(is_same_room).map(|d| d.mesh.clone());
         let mesh = kept.unwrap_or_else(|| meshes.add(capacity.placeholder((low, high))));
         entity.insert((Mesh3d(mesh.clone()), Aabb::from_min_max(low, high), NoAutoAabb));
-        entity.insert(Drawn { mesh, capacity, tier, domain, generation, kernels, device, told: Arc::default() });
+        let drawn = Drawn { mesh, capacity, tier, domain, generation, kernels, device, told: Arc::default() };
+        entity.insert((drawn, DrawnByDevice));
         if let Some(materials) = materials.as_mut().filter(|_| !has_material) {
-            entity.insert(MeshMaterial3d(materials.add(super::show::clay_material())));
+            entity.insert(MeshMaterial3d(materials.add(show::clay_material())));
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered without losing the clay.
 
+use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, ClayStatus, EngineChoice};
-use super::gpu::{AppDevice, Bridge, SharedDevice};
 use super::held::HeldTime;
-use super::report::Pace;
+use super::pace::Pace;
+use super::plans::Plans;
 use super::schedule::ClaySystems;
-use super::step::Plans;
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
@@ -268,8 +268,14 @@ pub(super) struct EnginePlugin;
 
 impl Plugin for EnginePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (start, admit, keep).chain().in_set(ClaySystems::Report));
+        app.register_required_components::<Clay, EngineStart>();
+        app.add_observer(end).add_systems(Update, (start, admit, keep).chain().in_set(ClaySystems::Report));
     }
+}
+
+/// Ends what runs for a [`Clay`] that goes.
+fn end(gone: On<Remove, Clay>, mut commands: Commands) {
+    commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart)>();
 }
 
 /// Starts the engine of each clay that has none, or not the one it should have.

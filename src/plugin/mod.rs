@@ -30,6 +30,7 @@
 //! App::new().add_plugins((DefaultPlugins, ClayPlugins)).add_systems(Startup, spawn_clay).run();
 //! ```
 
+mod bridge;
 pub mod clay;
 pub mod diagnostics;
 pub mod draw;
@@ -37,6 +38,8 @@ pub mod engine;
 pub mod follow;
 mod gpu;
 mod held;
+mod pace;
+mod plans;
 pub mod recover;
 mod reflect;
 mod report;

@@ -1,16 +1,15 @@
 //! Hands out what came of frames: messages, status, trouble named once per clay.
 
+use super::bridge::Bridge;
 use super::clay::{Clay, ClayReport, ClayStatus};
 use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
 use super::follow::Following;
-use super::gpu::Bridge;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use super::show::{self, ClaySurface};
 use crate::sim::engine::EngineError;
 use bevy::prelude::*;
-use std::time::{Duration, Instant};
 
 /// Takes in reports and writes the status.
 pub(super) struct ReportPlugin;
@@ -56,27 +55,6 @@ fn report(
                 }
             }
         }
-    }
-}
-
-/// Simulated time against wall time, over stretches of a second.
-#[derive(Default)]
-pub(super) struct Pace {
-    since: Option<(Instant, f64)>,
-    rate: f64,
-}
-
-impl Pace {
-    /// The rate, with the clay at `time` [s] now.
-    fn rate(&mut self, time: f64) -> f64 {
-        const STRETCH: Duration = Duration::from_secs(1);
-        let (began, start) = *self.since.get_or_insert_with(|| (Instant::now(), time));
-        let wall = began.elapsed();
-        if wall >= STRETCH {
-            self.rate = (time - start) / wall.as_secs_f64();
-            self.since = Some((Instant::now(), time));
-        }
-        self.rate
     }
 }
 

@@ -1,7 +1,6 @@
 //! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in. The field that it was made of stays, to point at.
 
 use super::clay::{Clay, ClaySettings, MeshQuality};
-use super::draw::Drawn;
 use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
@@ -114,6 +113,10 @@ struct State {
     device: u64,
 }
 
+/// Marks clay whose mesh the graphics device makes: what is made here is to point at.
+#[derive(Component)]
+pub(super) struct DrawnByDevice;
+
 /// The surface on its way, if there is one.
 #[derive(Component, Default)]
 pub(super) struct Extracting {
@@ -179,8 +182,14 @@ pub(super) struct ShowPlugin;
 
 impl Plugin for ShowPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (swap, request).chain().in_set(ClaySystems::Show));
+        app.register_required_components::<Clay, Extracting>();
+        app.add_observer(end).add_systems(Update, (swap, request).chain().in_set(ClaySystems::Show));
     }
+}
+
+/// Ends what is shown of a [`Clay`] that goes.
+fn end(gone: On<Remove, Clay>, mut commands: Commands) {
+    commands.entity(gone.entity).try_remove::<(Extracting, ClaySurface)>();
 }
 
 /// The material of clay where the app gives none.
@@ -189,7 +198,7 @@ pub(super) fn clay_material() -> StandardMaterial {
 }
 
 /// What a clay shows now.
-type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>, Has<Drawn>);
+type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>, Has<DrawnByDevice>);
 
 /// Swaps in the surfaces that are ready; drops those of a clay that has been replaced since.
 pub(super) fn swap(
@@ -243,7 +252,7 @@ pub(super) fn swap(
 }
 
 /// What is shown, and on its way.
-type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<Drawn>);
+type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<DrawnByDevice>);
 
 /// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for nothing.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]

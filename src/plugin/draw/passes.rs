@@ -1,6 +1,6 @@
 //! The render world's part: particles to the device where they are not there, the passes into the slabs, what they say back.
 
-use super::super::gpu::SharedDevice;
+use super::super::bridge::SharedDevice;
 use super::{Drawn, Job, JobSource};
 use crate::sim::frame::SurfaceParticle;
 use crate::sim::gpu::{GpuError, guarded};

@@ -86,3 +86,12 @@ pub(super) fn spare(ended: Arc<Ended>) -> Option<Readback> {
         Held::Loaded(_) => None,
     }
 }
+
+/// A copy of the state that no frame makes.
+pub(super) struct Copy {
+    pub material: ClayMaterial,
+    pub time: f64,
+    pub frame: usize,
+    pub readback: Readback,
+    pub promises: Vec<StatePromise>,
+}

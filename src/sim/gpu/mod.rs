@@ -11,6 +11,7 @@
 //! | `kernels`  | pipelines, each a `kernel`                                               |
 //! | `scales`   | fixed-point scales, how often particles are re-binned                    |
 //! | `solver`   | frames under way, redo, growth                                           |
+//! | `handed`   | surfaces and states that frames have handed out; `handout`: when                |
 //! | `readback` | what comes back, without waiting; `stamps`: device times                 |
 //! | `report`   | sums -> a frame's report                                                 |
 //! | `device`   | a device without a window, limits, `CLAY_GPU`                            |
@@ -23,6 +24,7 @@ mod buffers;
 mod device;
 mod encode;
 mod handed;
+mod handout;
 pub(crate) mod kernel;
 mod kernels;
 mod layout;

@@ -11,7 +11,7 @@ use super::super::sums::{ParticleSums, judge};
 use super::buffers::{self, Buffers, NodeSize};
 use super::device::{GpuError, guarded};
 use super::encode::{Encoding, Part, Work};
-use super::handed::{self, Ended, Handed, Held};
+use super::handed::{Copy, Ended, Handed, Held};
 use super::kernels::KernelSets;
 use super::layout::{Status, flag};
 use super::params::{Params, ParamsInput};
@@ -44,7 +44,7 @@ pub(super) enum Share {
 
 /// A plan on its way.
 #[derive(Debug)]
-struct Frame {
+pub(super) struct Frame {
     plan: FramePlan,
     /// Halvings of the step.
     redone: u32,
@@ -62,15 +62,6 @@ struct Frame {
     /// Who gets the state at its end.
     promises: Vec<StatePromise>,
     began: Instant,
-}
-
-/// A copy of the state that no frame makes.
-struct Copy {
-    material: ClayMaterial,
-    time: f64,
-    frame: usize,
-    readback: Readback,
-    promises: Vec<StatePromise>,
 }
 
 impl Frame {
@@ -93,50 +84,51 @@ impl Frame {
     }
 }
 
-fn lost() -> EngineError {
+/// The device is gone.
+pub(super) fn lost() -> EngineError {
     EngineError::Stopped("the graphics device was lost".into())
 }
 
 /// One clay on a device.
 pub(super) struct Solver {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    domain: Domain,
-    buffers: Buffers,
-    kernels: Arc<KernelSets>,
-    stamps: Option<Stamps>,
-    frames: VecDeque<Frame>,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) domain: Domain,
+    pub(super) buffers: Buffers,
+    pub(super) kernels: Arc<KernelSets>,
+    pub(super) stamps: Option<Stamps>,
+    pub(super) frames: VecDeque<Frame>,
     /// The records that hold the end of the last reported frame.
-    source: usize,
-    clears_flags: bool,
+    pub(super) source: usize,
+    pub(super) clears_flags: bool,
     /// Classes of clay that may meet in one place: 1 until a particle can have a side.
-    classes: u32,
-    mass_unit: f64,
+    pub(super) classes: u32,
+    pub(super) mass_unit: f64,
     /// What is known at the ends of the frames before the next, by the parity of their number.
-    forecasts: [Forecast; 2],
-    reported: usize,
-    sums: ParticleSums,
-    quarantined: Vec<u32>,
-    time: f64,
-    handed: Handed,
+    pub(super) forecasts: [Forecast; 2],
+    pub(super) reported: usize,
+    pub(super) sums: ParticleSums,
+    pub(super) quarantined: Vec<u32>,
+    pub(super) time: f64,
+    pub(super) handed: Handed,
     /// The material of the last reported frame.
-    material: ClayMaterial,
+    pub(super) material: ClayMaterial,
     /// Requests for a state that nothing on its way to the device answers.
-    requests: Vec<StatePromise>,
-    copy: Option<Copy>,
+    pub(super) requests: Vec<StatePromise>,
+    pub(super) copy: Option<Copy>,
     /// Frames that failed.
-    failures: u64,
+    pub(super) failures: u64,
     #[cfg(feature = "reference")]
-    last_scales: Scales,
-    reruns: u64,
+    pub(super) last_scales: Scales,
+    pub(super) reruns: u64,
     /// Time of a substep on the device, in the last frame [s].
-    substep_seconds: Option<f64>,
+    pub(super) substep_seconds: Option<f64>,
     /// A readback nobody reads any more.
-    spare: Option<Readback>,
+    pub(super) spare: Option<Readback>,
     /// The frame whose readback the submission now being made fills.
-    unsubmitted: Option<usize>,
+    pub(super) unsubmitted: Option<usize>,
     /// Whether that submission makes [`Self::copy`].
-    is_copy_unsubmitted: bool,
+    pub(super) is_copy_unsubmitted: bool,
 }
 
 /// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is
@@ -211,16 +203,6 @@ impl Solver {
     /// What frames have handed out.
     pub(super) fn handed(&self) -> Handed {
         self.handed.clone()
-    }
-
-    /// Takes a request for the state: answered by the next frame whose end is encoded, or by a copy where
-    /// there is none.
-    pub(super) fn request(&mut self, promise: StatePromise) {
-        if self.frames.is_empty() && self.handed.state.frame == self.reported {
-            handed::answer(&self.handed.state, vec![promise]);
-        } else {
-            self.requests.push(promise);
-        }
     }
 
     /// The clay's buffers.
@@ -329,19 +311,6 @@ impl Solver {
         Ok(true)
     }
 
-    /// Encodes a copy of the state for those who asked while no frame is under way.
-    fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
-        if self.requests.is_empty() || self.copy.is_some() {
-            return false;
-        }
-        let readback = Readback::new(&self.device, &self.buffers, FrameOutputs { surface: false, state: true });
-        readback.copy_state(encoder, &self.buffers, self.source);
-        let (material, time, frame) = (self.material, self.time, self.reported);
-        self.copy = Some(Copy { material, time, frame, readback, promises: std::mem::take(&mut self.requests) });
-        self.is_copy_unsubmitted = true;
-        true
-    }
-
     /// To be called after what was encoded was submitted.
     pub(super) fn submitted(&mut self) {
         let readback = self.unsubmitted.take().and_then(|i| self.frames.get(i)?.readback.as_ref());
@@ -401,31 +370,6 @@ impl Solver {
         self.recover(&status).map_err(EngineError::from)
     }
 
-    /// Answers those whose copy of the state has come back.
-    fn finish_copy(&mut self) -> Result<(), EngineError> {
-        let progress = self.copy.as_ref().map_or(Progress::Pending, |copy| copy.readback.progress());
-        match progress {
-            Progress::Pending => Ok(()),
-            Progress::Lost => Err(lost()),
-            Progress::Done => {
-                let Some(Copy { material, time, frame, readback, promises }) = self.copy.take() else { return Ok(()) };
-                let ended = Ended { domain: self.domain, material, time, frame, held: Held::Device(readback) };
-                self.hand_out_state(Arc::new(ended), promises);
-                Ok(())
-            }
-        }
-    }
-
-    /// Keeps a state as the newest, unless a newer one has come meanwhile, and answers those who asked for
-    /// it.
-    fn hand_out_state(&mut self, ended: Arc<Ended>, promises: Vec<StatePromise>) {
-        handed::answer(&ended, promises);
-        if ended.frame >= self.handed.state.frame {
-            let before = std::mem::replace(&mut self.handed.state, ended);
-            self.spare = handed::spare(before).or_else(|| self.spare.take());
-        }
-    }
-
     /// Takes out the first frame. The one behind it may be encoded and not submitted yet: an app's poll comes
     /// at any time.
     fn pop(&mut self) -> Option<Frame> {
@@ -474,24 +418,6 @@ impl Solver {
         report.bytes_read_back = readback.bytes();
         self.hand_out(readback, frame.plan.outputs, frame.promises);
         Some(report)
-    }
-
-    /// Keeps what came back of the frame that has just been reported, as far as it was asked for.
-    fn hand_out(&mut self, readback: Readback, outputs: FrameOutputs, promises: Vec<StatePromise>) {
-        let gives_state = outputs.state || !promises.is_empty();
-        if !outputs.surface && !gives_state {
-            self.spare = Some(readback.recycle());
-            return;
-        }
-        let (domain, material, time, frame) = (self.domain, self.material, self.time, self.reported);
-        let ended = Arc::new(Ended { domain, material, time, frame, held: Held::Device(readback) });
-        if outputs.surface {
-            let before = std::mem::replace(&mut self.handed.surface, ended.clone());
-            self.spare = handed::spare(before).or_else(|| self.spare.take());
-        }
-        if gives_state {
-            self.hand_out_state(ended, promises);
-        }
     }
 
     /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs

@@ -1,0 +1,100 @@
+//! The app's graphics device, and both worlds' hold on an engine that runs there.
+
+use crate::sim::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
+use bevy::tasks::futures::now_or_never;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The app's device, if it renders.
+#[derive(SystemParam)]
+pub(super) struct AppDevice<'w> {
+    device: Option<Res<'w, RenderDevice>>,
+    queue: Option<Res<'w, RenderQueue>>,
+    info: Option<Res<'w, RenderAdapterInfo>>,
+}
+
+impl AppDevice<'_> {
+    /// The device as it is now.
+    pub(super) fn get(&self) -> Option<SharedDevice> {
+        let (device, queue, info) = (self.device.as_ref()?, self.queue.as_ref()?, self.info.as_ref()?);
+        let (device, info) = (device.wgpu_device().clone(), wgpu::AdapterInfo::clone(info));
+        Some(SharedDevice {
+            device: GpuDevice { device, queue: wgpu::Queue::clone(queue), info },
+            mark: RenderQueue::clone(queue),
+        })
+    }
+}
+
+/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's queue tells them apart.
+#[derive(Clone)]
+pub(super) struct SharedDevice {
+    device: GpuDevice,
+    mark: RenderQueue,
+}
+
+impl PartialEq for SharedDevice {
+    fn eq(&self, other: &Self) -> bool {
+        self.is_of(&other.mark)
+    }
+}
+
+impl SharedDevice {
+    /// Whether it is the device of this queue.
+    pub(super) fn is_of(&self, queue: &RenderQueue) -> bool {
+        Arc::ptr_eq(&self.mark.0, &queue.0)
+    }
+
+    /// The device itself.
+    pub(super) fn wgpu(&self) -> &wgpu::Device {
+        &self.device.device
+    }
+
+    /// Whether the adapter is a graphics processor.
+    pub(super) fn is_hardware(&self) -> bool {
+        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+        matches!(self.device.info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
+    }
+
+    /// An engine on it. Compiles shaders: takes its time.
+    pub(super) fn engine(&self) -> Result<(GpuEngine, Bridge), GpuError> {
+        let (engine, link) = GpuEngine::linked(self.device.clone())?;
+        Ok((engine, Bridge { device: self.clone(), link, fault: Arc::default() }))
+    }
+}
+
+/// Both worlds' hold on one engine.
+#[derive(Clone)]
+pub(super) struct Bridge {
+    pub(super) device: SharedDevice,
+    pub(super) link: GpuLink,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+impl Bridge {
+    /// What went wrong in the render world, once.
+    pub(super) fn take_fault(&self) -> Option<String> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Says what went wrong, for the main world to act on.
+    pub(super) fn fail(&self, reason: String) {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
+    }
+
+    /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them faulty.
+    pub(super) fn record(&self) -> Option<wgpu::CommandBuffer> {
+        let device = &self.device.device.device;
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("clay") });
+        let is_recorded = self.link.encode(&mut encoder);
+        let commands = is_recorded.then(|| encoder.finish());
+        // Ready at once on every native back end.
+        if let Some(Some(error)) = now_or_never(scope.pop()) {
+            self.fail(error.to_string());
+            return None;
+        }
+        commands
+    }
+}
