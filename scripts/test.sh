@@ -12,11 +12,16 @@ export CARGO_TARGET_DIR CARGO_TERM_PROGRESS_WHEN=never
 results=$CARGO_TARGET_DIR/checks
 mkdir -p "$results"
 
-current=start
+current=start table=""
 finish() {
     local status=$?
     [ -z "${outside:-}" ] || rm -rf "$outside"
-    [ "$status" -eq 0 ] || printf '\n== FAILED in "%s" after %d s\n' "$current" "$SECONDS" >&2
+    printf '\n%s' "$table"
+    if [ "$status" -eq 0 ]; then
+        printf '== all checks passed in %d s; results in %s\n' "$SECONDS" "$results"
+    else
+        printf '== FAILED in "%s" after %d s\n' "$current" "$SECONDS" >&2
+    fi
 }
 trap finish EXIT
 
@@ -28,6 +33,41 @@ section() {
     local start=$SECONDS
     "$@"
     printf -- '-- %s: ok, %d s\n' "$current" $((SECONDS - start))
+    table+=$(printf '%6d s  %s' $((SECONDS - start)) "$current")$'\n'
+}
+
+# run_tests KIND ARGUMENT...: cargo test; then the counts of its tests against those on record.
+run_tests() {
+    local kind=$1 log=$results/tests
+    shift
+    cargo test "$@" 2>&1 | grep --line-buffered -vE '^ +(Compiling|Downloading|Downloaded|Finished|Updating|Locking) ' | tee "$log"
+    check_counts "$kind" "$log"
+}
+
+# check_counts KIND LOG: of each suite of that kind no fewer tests ran than scripts/test_counts.txt has. A test that goes on purpose goes there too.
+check_counts() {
+    # Where no graphics adapter is required, tests that lack one are ignored by name.
+    local counts_ignored=1
+    [ "${CLAY_GPU:-}" != require ] || counts_ignored=0
+    awk -v kind="$1" -v counts_ignored="$counts_ignored" '
+        FNR == NR { if ($1 == kind) expected[$2] = $3; next }
+        $1 == "Running" { suite = $NF; sub(/.*\//, "", suite); sub(/-[0-9a-f]+\)$/, "", suite) }
+        $1 == "Doc-tests" { suite = "doc:" $2 }
+        /^test result:/ { found[suite] += $4 + (counts_ignored ? $8 : 0) }
+        END {
+            for (suite in found) {
+                if (found[suite] > expected[suite]) {
+                    printf "note: suite %s, %s: %d tests ran, scripts/test_counts.txt has %d\n", suite, kind, found[suite], expected[suite]
+                }
+            }
+            for (suite in expected) {
+                if (found[suite] < expected[suite]) {
+                    printf "suite %s, %s: %d tests ran, scripts/test_counts.txt has %d\n", suite, kind, found[suite], expected[suite]
+                    is_short = 1
+                }
+            }
+            exit is_short
+        }' scripts/test_counts.txt "$2"
 }
 
 check_scripts() {
@@ -126,15 +166,15 @@ section "tools" bash scripts/install.sh --window --test rustfmt clippy
 section "format" cargo fmt --check
 section "scripts" check_scripts
 section "lints without Bevy" cargo clippy --quiet --no-default-features --all-targets -- -D warnings
-section "tests without Bevy" cargo test --quiet --no-default-features --lib --bins --tests --examples
-section "doc tests without Bevy" cargo test --quiet --no-default-features --doc
+section "tests without Bevy" run_tests core --no-default-features --lib --bins --tests --examples -- --quiet
+section "doc tests without Bevy" run_tests core-doc --no-default-features --doc -- --quiet
 section "programs" run_programs
 section "validate, quick" validate
 section "lints with Bevy" cargo clippy --quiet -p bevy_clay --all-targets -- -D warnings
-section "tests with Bevy" cargo test --quiet -p bevy_clay --lib --test plugin --test gpu_app --example gallery
+section "tests with Bevy" run_tests bevy -p bevy_clay --lib --test plugin --test gpu_app --example gallery -- --quiet
 section "examples with Bevy" run_windows
-section "doc tests with Bevy" cargo test --quiet -p bevy_clay --doc
-section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps -p bevy_clay
+section "doc tests with Bevy" run_tests bevy-doc -p bevy_clay --doc -- --quiet
+section "docs without Bevy" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps --no-default-features --lib --examples
+# Of the examples too: without them Cargo chooses features of common crates for which all that Bevy brings would be compiled once more.
+section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps -p bevy_clay --features reference --lib --examples
 section "package and an app outside" package
-
-printf '\n== all checks passed in %d s; results in %s\n' "$SECONDS" "$results"

@@ -30,18 +30,20 @@ trap finish EXIT
 number=$(mktemp)
 Xvfb -displayfd 3 -screen 0 1280x800x24 3>"$number" 2>/dev/null &
 xvfb=$!
-for _ in $(seq 100); do [ -s "$number" ] && break || sleep 0.1; done
+for _ in $(seq 1200); do [ -s "$number" ] && break || sleep 0.1; done
 [ -s "$number" ] || fail "no virtual display"
 DISPLAY=:$(cat "$number")
 export DISPLAY
 rm -f "$number"
 
-# await PATTERN SECONDS: until the log holds a line like that, which it prints.
+# Longest wait for a line of the log [s]: it guards against hanging, and says nothing of speed.
+patience=900
+# await PATTERN: until the log holds a line like that, which it prints.
 await() {
-    local end=$((SECONDS + $2))
+    local end=$((SECONDS + patience))
     until grep -m1 -- "$1" "$out/log"; do
         kill -0 "$app" 2>/dev/null || fail "sculpt ended early"
-        [ "$SECONDS" -lt "$end" ] || fail "nothing like \"$1\" within $2 s"
+        [ "$SECONDS" -lt "$end" ] || fail "nothing like \"$1\" within $patience s"
         sleep 0.2
     done
 }
@@ -63,10 +65,12 @@ drag() {
     xdotool mouseup 1
     pause 0.3
 }
+# press NUMBER X Y: stroke NUMBER, held until the tool is as deep as it goes.
 press() {
-    move "$1" "$2"
+    move "$2" "$3"
     xdotool mousedown 1
-    pause 3
+    await "stroke $1 is as deep as it goes" >/dev/null
+    pause 0.5
     xdotool mouseup 1
     pause 0.3
 }
@@ -77,14 +81,13 @@ is_more() { awk "BEGIN { exit !($1 > $2) }"; }
 
 "$sculpt" --out "$out" --engine native >"$out/log" 2>&1 &
 app=$!
-await "particles" 120 >/dev/null
-sleep 4
+await "the clay is shown" >/dev/null
 # There is no window manager to give the window the keyboard.
 xdotool windowfocus --sync "$(xdotool search --name '^bevy_clay$' | head -n 1)"
 picture 1_start
 
-press 600 290
-stroke=$(await "stroke 1 ball" 180)
+press 1 600 290
+stroke=$(await "stroke 1 ball")
 echo "$stroke"
 move 640 690
 picture 2_dent
@@ -95,21 +98,21 @@ pace=$(awk "BEGIN { p = $(number_in "$stroke" "answered in") / 300; print p < 1 
 
 # The yield stress to about 60 kPa, and the same press beside the first.
 drag 154 78 196 78
-press 760 300
-stroke=$(await "stroke 2 ball" 180)
+press 2 760 300
+stroke=$(await "stroke 2 ball")
 echo "$stroke"
 hard=$(number_in "$stroke" "up to")
 is_more "$hard" "$soft * 1.3" || fail "firmer clay presses back with $hard N, soft clay did with $soft N"
 picture 3_firm
 
 xdotool key u
-await "taken back" 180
+await "taken back"
 drag 196 78 154 78
 move 640 690
 xdotool key 5
 pause 0.5
 drag 690 130 560 690 4
-stroke=$(await "stroke 3 knife" 240)
+stroke=$(await "stroke 3 knife")
 echo "$stroke"
 move 640 720
 picture 4_cut
@@ -117,7 +120,7 @@ grep -q "1 bodies before, 2 bodies now" <<<"$stroke" || fail "the knife did not 
 
 # Coarser cells: the shape is filled anew, and is still two bodies.
 drag 161 310 171 310
-await "stands on cells" 180
+await "stands on cells"
 xdotool key h
 picture 5_help
 xdotool key h
@@ -126,12 +129,12 @@ move 24 775
 xdotool click 1
 picture 6_inspector
 xdotool click 1 key e
-await "wrote" 180
+await "wrote"
 [ -s "$out/clay-001.stl" ] || fail "no exported file"
 rm -f "$out"/clay-*.stl
 
 xdotool key Escape
-for _ in $(seq 1200); do kill -0 "$app" 2>/dev/null && sleep 0.1 || break; done
+for _ in $(seq $((10 * patience))); do kill -0 "$app" 2>/dev/null && sleep 0.1 || break; done
 status=0
 wait "$app" || status=$?
 app=""

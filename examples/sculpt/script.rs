@@ -1,23 +1,22 @@
-//! A stroke made by itself, on the way that the mouse takes: for checks where nobody holds a mouse.
+//! A stroke made by itself, on the way that the mouse takes: for checks where nobody holds a mouse. It goes by the clay's own time, however slow the machine.
 
 use crate::pick;
-use crate::stroke::Pointer;
+use crate::stroke::{Pointer, Work};
 use crate::watch::Watch;
 use bevy::prelude::*;
-use bevy_clay::prelude::ClaySurface;
-use std::time::{Duration, Instant};
+use bevy_clay::prelude::*;
 
-/// How long the pointer hovers, then presses.
-const HOVERING: Duration = Duration::from_millis(500);
-const PRESSING: Duration = Duration::from_millis(2500);
+/// How long the tool stays pressed once it is as deep as it goes, in the clay's own time [s]: soft clay has made way and is at rest by then.
+const HOLDING: f64 = 0.01;
 
 /// Where the script is.
 #[derive(Resource, Debug, Default)]
 pub(crate) enum Script {
     #[default]
     Waiting,
-    Hovering(Instant),
-    Pressing(Instant),
+    Pressing,
+    /// The tool is as deep as it goes since this time of the clay [s].
+    Holding(f64),
     Done,
 }
 
@@ -25,24 +24,24 @@ pub(crate) enum Script {
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn play(
     camera: Single<&GlobalTransform, With<Camera3d>>,
-    surface: Query<&ClaySurface>,
+    clay: Query<(&ClaySurface, &ClayStatus)>,
+    work: Res<Work>,
     mut script: ResMut<Script>,
     mut pointer: ResMut<Pointer>,
     mut watch: ResMut<Watch>,
 ) {
     pointer.is_scripted = true;
-    let Some((middle, _)) = surface.single().ok().and_then(pick::ball) else { return };
+    let Ok((surface, status)) = clay.single() else { return };
+    let Some((middle, _)) = pick::ball(surface) else { return };
     match *script {
         Script::Waiting => {
             let origin = camera.translation();
             pointer.ray = Dir3::new(middle - origin).ok().map(|direction| Ray3d { origin, direction });
-            *script = Script::Hovering(Instant::now());
-        }
-        Script::Hovering(since) if since.elapsed() > HOVERING => {
             pointer.is_down = true;
-            *script = Script::Pressing(Instant::now());
+            *script = Script::Pressing;
         }
-        Script::Pressing(since) if since.elapsed() > PRESSING => {
+        Script::Pressing if work.stroke.as_ref().is_some_and(|stroke| stroke.is_deep) => *script = Script::Holding(status.time),
+        Script::Holding(since) if status.time > since + HOLDING => {
             pointer.is_down = false;
             *script = Script::Done;
         }

@@ -89,6 +89,8 @@ pub(crate) struct Stroke {
     depth: f32,
     knife: Knife,
     is_let_go: bool,
+    /// The tool has got as deep as it goes.
+    pub(crate) is_deep: bool,
 }
 
 /// A knife's line.
@@ -105,7 +107,8 @@ struct Knife {
 #[derive(Resource, Default)]
 pub(crate) struct Work {
     pub(crate) stroke: Option<Stroke>,
-    count: u32,
+    /// Strokes so far.
+    pub(crate) count: u32,
 }
 
 /// The eye.
@@ -177,7 +180,7 @@ fn hover(pointer: &Pointer, surface: Option<&ClaySurface>, hand: &Hand, eye: Eye
     pointer.is_down.then(|| {
         let knife = Knife { last: through(surface, ray, eye), heading: None, ahead: VecDeque::new() };
         let (began, before) = (Instant::now(), surface.clone());
-        Stroke { began, before, places: vec![(ray, hit)], hit, depth, knife, is_let_go: false }
+        Stroke { began, before, places: vec![(ray, hit)], hit, depth, knife, is_let_go: false, is_deep: false }
     })
 }
 
@@ -227,7 +230,8 @@ impl Stroke {
     fn advance(&mut self, mut way: f32, hand: &Hand, eye: Eye, held: &mut Held) {
         let reach = held.tool.tool.shape.bounding_radius() as f32;
         if hand.kind != ToolKind::Knife {
-            approach(&mut held.place, hand.pose(&self.hit, eye.right, self.depth), reach, way);
+            let left = approach(&mut held.place, hand.pose(&self.hit, eye.right, self.depth), reach, way);
+            self.is_deep |= left > 0.0 && self.depth >= hand.depth_max();
         }
         while let Some(next) = self.knife.ahead.front().filter(|_| way > 0.0) {
             way = approach(&mut held.place, *next, reach, way);

@@ -1,6 +1,7 @@
 //! What the run was like: frames, surfaces, answers, what strokes left behind; the check at the end.
 
 use crate::args::Args;
+use crate::pace::Pace;
 use crate::pick;
 use crate::stroke::{Done, StrokeNews, Work};
 use crate::tools::ToolKind;
@@ -10,12 +11,12 @@ use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
 use bevy_clay::prelude::*;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What the surface has to move for an answer [m].
 const ANSWER: f32 = 3e-5;
-/// How long clay may settle before a stroke is measured.
-const SETTLING: Duration = Duration::from_millis(1500);
+/// How long clay may settle before a stroke is measured, in its own time [s]; clay at rest has settled.
+const SETTLING: f64 = 0.05;
 
 /// The run so far.
 #[derive(Resource)]
@@ -27,7 +28,9 @@ pub(crate) struct Watch {
     asked: Option<(Instant, Ray3d, f32)>,
     /// Press to surface [ms].
     pub(crate) answers: Vec<f64>,
-    settling: Option<(Arc<Done>, Instant)>,
+    settling: Option<Settling>,
+    /// Said of the stroke under way.
+    is_deep_said: bool,
     counting: Option<Counting>,
     /// Greatest force on the tool since the stroke began [N].
     force: f64,
@@ -47,6 +50,7 @@ impl Default for Watch {
             asked: None,
             answers: vec![],
             settling: None,
+            is_deep_said: false,
             counting: None,
             force: 0.0,
             strokes: vec![],
@@ -64,6 +68,15 @@ pub(crate) struct Outcome {
     pub(crate) dent: f32,
     /// Bodies that the surface encloses.
     pub(crate) bodies: usize,
+}
+
+/// A stroke that is to be measured when the clay has settled and its surface shows that.
+struct Settling {
+    done: Arc<Done>,
+    /// Time of the clay when the tool left [s].
+    since: f64,
+    /// The state of the clay when it had settled: the surface of that or a newer one is measured.
+    settled: Option<(u64, u64)>,
 }
 
 /// A stroke whose bodies are being counted.
@@ -86,21 +99,34 @@ pub(crate) fn count(
     mut watch: ResMut<Watch>,
 ) {
     watch.frames += 1;
+    // For whoever watches the terminal, a script that moves the mouse too: what may come next.
+    if work.stroke.as_ref().is_some_and(|stroke| stroke.is_deep) != watch.is_deep_said {
+        watch.is_deep_said ^= true;
+        if watch.is_deep_said {
+            say(&format!("stroke {} is as deep as it goes", work.count));
+        }
+    }
     let forces = reports.read().flat_map(|r| &r.report.tools).map(|t| t.force.length());
     watch.force = forces.fold(watch.force, f64::max);
     watch.held_ms = watch.held_ms.max(status.main_thread_ms);
     for item in news.read() {
         match item {
             StrokeNews::Began => {
+                say(&format!("stroke {} begins", work.count));
                 watch.force = 0.0;
                 let stroke = work.stroke.as_ref();
                 watch.asked = stroke.map(|s| (s.began, s.places[0].0, s.places[0].1.distance));
             }
-            StrokeNews::Ended(done) => watch.settling = Some((done.clone(), Instant::now())),
+            StrokeNews::Ended(done) => {
+                watch.settling = Some(Settling { done: done.clone(), since: status.time, settled: None });
+            }
         }
     }
     for surface in &surface {
         watch.surfaces += 1;
+        if watch.surfaces == 1 {
+            say("the clay is shown");
+        }
         let Some((began, ray, before)) = watch.asked else { continue };
         if pick::cast(surface, ray).is_some_and(|hit| hit.distance > before + ANSWER) {
             watch.answers.push(began.elapsed().as_secs_f64() * 1e3);
@@ -109,18 +135,27 @@ pub(crate) fn count(
     }
 }
 
-/// Measures what a stroke left behind when the clay has settled, or the next stroke begins; bodies are counted away from the main thread.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-pub(crate) fn measure(surface: Query<&ClaySurface>, work: Res<Work>, mut watch: ResMut<Watch>) {
+/// Measures what a stroke left behind when the clay has settled and is shown so, or the next stroke begins; bodies are counted away from the main thread.
+pub(crate) fn measure(
+    clay: Query<(&ClaySurface, &ClayEngine, &ClayStatus)>,
+    (work, pace): (Res<Work>, Res<Pace>),
+    mut watch: ResMut<Watch>,
+) {
     let watch = &mut *watch;
     if let Some([before, now]) = watch.counting.as_mut().and_then(|counting| check_ready(&mut counting.bodies))
         && let Some(Counting { done, dent, .. }) = watch.counting.take()
     {
         watch.report(&done, before, Outcome { dent, bodies: now });
     }
-    let is_due = watch.settling.as_ref().is_some_and(|(_, at)| at.elapsed() > SETTLING || work.stroke.is_some() || watch.is_over);
-    let (true, None, Ok(surface)) = (is_due, &watch.counting, surface.single()) else { return };
-    let Some((done, _)) = watch.settling.take() else { return };
+    let (Some(settling), Ok((surface, engine, status))) = (&mut watch.settling, clay.single()) else { return };
+    if pace.is_at_rest || status.time > settling.since + SETTLING {
+        settling.settled.get_or_insert_with(|| engine.revision());
+    }
+    let is_shown = settling.settled.is_some_and(|state| surface.revision() >= state);
+    if watch.counting.is_some() || !(is_shown || work.stroke.is_some() || watch.is_over) {
+        return;
+    }
+    let Some(Settling { done, .. }) = watch.settling.take() else { return };
     let away = done.places.iter().filter_map(|(ray, hit)| Some(pick::cast(surface, *ray)?.distance - hit.distance));
     let dent = 1e3 * away.fold(0.0, f32::max);
     let (before, now) = (done.before.clone(), surface.clone());

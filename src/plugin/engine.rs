@@ -105,6 +105,12 @@ impl ClayEngine {
         self.plans.planner.tool_pose(tool.to_bits())
     }
 
+    /// Counts the states of the clay, as [`ClaySurface::revision`](super::show::ClaySurface::revision) does: a surface of the same one shows the last
+    /// reported frame.
+    pub fn revision(&self) -> (u64, u64) {
+        (self.generation, self.revision)
+    }
+
     /// Frames under way.
     pub fn pending(&self) -> usize {
         self.engine().pending()

@@ -25,6 +25,8 @@ use std::time::{Duration, Instant};
 const DX: f64 = 0.005;
 /// So weak that the cube falls all the time [m/s^2].
 const GRAVITY: f64 = 0.5;
+/// Longest that a test waits for what has to come: it guards against hanging, and says nothing of speed.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A cube of clay 4 cells wide, 8 cells above the floor.
 fn cube() -> Snapshot {
@@ -71,7 +73,7 @@ fn settle(app: &mut App, what: &str, mut done: impl FnMut(&World) -> bool) -> Re
         if app.should_exit().is_some() {
             return Err(format!("the app ended while it waited for {what}").into());
         }
-        if start.elapsed() > Duration::from_secs(60) {
+        if start.elapsed() > PATIENCE {
             let states: Vec<_> = app.world_mut().query::<&ClayStatus>().iter(app.world()).cloned().collect();
             return Err(format!("waited in vain for {what}: {states:?}").into());
         }

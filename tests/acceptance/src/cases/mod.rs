@@ -39,7 +39,9 @@ pub enum Suite {
     Stability,
     /// The surface.
     Surface,
-    /// Every suite.
+    /// Times, for a machine that has nothing else to do.
+    Speed,
+    /// Every suite but `speed`, whose figures are the machine's.
     All,
     /// None: with `--docs`, the documents anew from what is on record.
     None,
@@ -67,6 +69,10 @@ const fn native_physics(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
 
 const fn stability(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Stability, name, run, is_native_only: false }
+}
+
+const fn speed(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Speed, name, run, is_native_only: false }
 }
 
 const fn surface_case(name: &'static str, run: fn(Size) -> Vec<Row>) -> Case {
@@ -119,7 +125,9 @@ pub const CASES: &[Case] = &[
     surface_case("clusters", surface::clusters),
     surface_case("surface in motion", surface::motion),
     surface_case("clay at rest", surface::at_rest),
-    surface_case("surface time", surface::speed),
     surface_case("surface on the device", surface::on_device),
     surface_case("files", files::round_trips),
+    speed("surface time", surface::speed::extraction),
+    speed("ray time", surface::speed::rays),
+    speed("surface time on the device", surface::speed::on_device),
 ];

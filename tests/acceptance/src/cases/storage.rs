@@ -47,7 +47,7 @@ pub fn creep(size: Size) -> Vec<Row> {
     ]
 }
 
-/// A cut body that turns, flows and falls, here and [`SHIFT`] cells away along each axis in the same room, and in a room moved by as much.
+/// A cut body that turns, flows and falls, here and `SHIFT` cells away along each axis in the same room, and in a room moved by as much.
 pub fn shift(size: Size) -> Vec<Row> {
     let material = Preset::SoftClay.material();
     let dt = stable_step(&material);

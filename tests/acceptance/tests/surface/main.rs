@@ -1,4 +1,4 @@
-//! The surface as a whole: topology against the node oracle, cuts, accuracy on a sphere, clusters, time.
+//! The surface as a whole: topology against the node oracle, cuts, accuracy on a sphere, clusters.
 
 mod cuts;
 mod fields;

@@ -11,8 +11,7 @@ use bevy_clay::surface::ray::{RayHit, cast_ray};
 use clay_acceptance::cases::surface::clay::{
     BALL_CENTRE, CELL, CUBE_CENTRE, Cut, CutCube, Random, affine, ball, domain, lattice, source,
 };
-use glam::{DMat3, DVec3, Vec3};
-use std::time::Instant;
+use glam::{DVec3, Vec3};
 
 /// Distance and normal where a ray meets a mesh first from outside: all triangles are asked (Moeller and Trumbore).
 fn cast_mesh(mesh: &Mesh, origin: DVec3, way: DVec3) -> Option<(f64, Vec3)> {
@@ -278,44 +277,4 @@ fn degenerate_rays_meet_nothing() {
         assert!(cast_ray(&field, &shape.settings, outside, DVec3::X).is_none());
         assert!(cast_ray(&field, &shape.settings, DVec3::ZERO, DVec3::ONE).is_none());
     }
-}
-
-/// 104,900 particles, 8 per cell: what the field takes to keep, and a ray to cast. The bound only finds a slip of an order of magnitude.
-#[test]
-fn rays_through_104900_particles_are_fast() {
-    let s = ball(14.63, 0.25, 3);
-    let mut random = Random(25);
-    for tier in [Tier::Fine, Tier::Coarse] {
-        let shape = Shape::of(&s, tier);
-        let rays: Vec<(DVec3, DVec3)> = (0..10_000)
-            .map(|_| {
-                let origin = BALL_CENTRE + 60.0 * random.direction();
-                (world(&s.domain, origin), BALL_CENTRE + random.vector(-15.0, 15.0) - origin)
-            })
-            .collect();
-        let start = Instant::now();
-        let hits = rays.iter().filter(|(origin, way)| shape.cast(*origin, *way).is_some()).count();
-        let each = start.elapsed().as_secs_f64() * 1e6 / rays.len() as f64;
-        let memory = shape.field.memory() >> 10;
-        let start = Instant::now();
-        let made = Field::of_particles(&s, &shape.settings);
-        let made_in = start.elapsed().as_secs_f64() * 1e3;
-        let start = Instant::now();
-        assert!(made.bounds(0.5).is_some());
-        let bounds_in = start.elapsed().as_secs_f64() * 1e3;
-        let field = shape.field;
-        let start = Instant::now();
-        drop(field);
-        let freed = start.elapsed().as_secs_f64() * 1e3;
-        println!(
-            "{tier:?}: {hits} hits, {each:.1} us a ray; the field has {memory} KiB, is made in {made_in:.1} ms, its box in {bounds_in:.2} ms, given back in {freed:.3} ms"
-        );
-        assert!(each < 100.0, "{each} us");
-    }
-    let cut = Shape::of(&CutCube::crossed(0, &mut random).source(DMat3::IDENTITY), Tier::Fine);
-    let rays: Vec<DVec3> = (0..10_000).map(|_| random.direction()).collect();
-    let start = Instant::now();
-    let middle = world(&domain(30.0), CUBE_CENTRE);
-    let hits = rays.iter().filter(|way| cut.cast(middle - 0.03 * **way, **way).is_some()).count();
-    println!("crossed cuts: {hits} hits, {:.1} us a ray", start.elapsed().as_secs_f64() * 1e6 / rays.len() as f64);
 }

@@ -189,7 +189,7 @@ mod tests {
         let drawn = super::super::cut_methods::draw(&records).expect("drawn");
         let picture = std::fs::read(docs().join(format!("images/{NAME}.png"))).expect("a picture");
         assert!(drawn == picture, "docs/images/{NAME}.png is not what docs/data says: {rule}");
-        for case in CASES.iter().filter(|c| c.suite != Suite::Surface) {
+        for case in CASES.iter().filter(|c| !matches!(c.suite, Suite::Surface | Suite::Speed)) {
             assert!(summary.contains(&format!("\n| {} |", case.name)), "no row of {}", case.name);
             assert!(EVIDENCE.iter().any(|e| e.case == case.name), "no evidence of {}", case.name);
         }

@@ -1,17 +1,16 @@
-//! Balls and clusters: place, normals, volume, steadiness, time.
+//! Balls and clusters: place, normals, volume, steadiness.
 
-use super::clay::{BALL_CENTRE, CELL, CUBE_CENTRE, Random, ball, cluster, domain, lattice, source, with_dust};
+use super::clay::{BALL_CENTRE, CELL, CUBE_CENTRE, Random, ball, cluster, domain, lattice, source};
 use crate::lab::Size;
 use crate::report::Row;
 use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::check::MeshCheck;
 use bevy_clay::surface::extract::extract;
-use bevy_clay::surface::field::{SurfaceSettings, Tier};
+use bevy_clay::surface::field::SurfaceSettings;
 use bevy_clay::surface::grains::{Extraction, extract_with_grains};
 use bevy_clay::surface::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
-use std::time::Instant;
 
 /// Vertices in cells from the ball's middle.
 fn from_middle(mesh: &Mesh, source: &SurfaceSource) -> Vec<DVec3> {
@@ -142,29 +141,4 @@ fn farthest(mesh: &Mesh, places: &[DVec3], ray: DVec3) -> f64 {
         (is_in && along > 0.0).then_some(along)
     };
     mesh.triangles.iter().filter_map(hit).fold(0.0, f64::max)
-}
-
-/// A ball of 104,900 particles, 8 per cell.
-pub fn speed(size: Size) -> Vec<Row> {
-    let s = ball(14.63, 0.25, 3);
-    let best = |work: &dyn Fn()| {
-        let time = |_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64() * 1e3
-        };
-        (0..size.pick(3, 10, 30)).map(time).fold(f64::MAX, f64::min)
-    };
-    let extraction = |tier: Tier| best(&|| drop(extract(&s, &SurfaceSettings::new(tier))));
-    let dusty = with_dust(&s, 10_000);
-    let all = extract_with_grains(&dusty, &SurfaceSettings::default());
-    let dusty_time = best(&|| drop(extract_with_grains(&dusty, &SurfaceSettings::default()).drawn()));
-    let balls = best(&|| drop(all.drawn())) - best(&|| drop(all.mesh.clone()));
-    vec![
-        Row::at_most("104,900 particles, fine grid: time", extraction(Tier::Fine), "ms", 50.0),
-        Row::at_most("104,900 particles, coarse grid: time", extraction(Tier::Coarse), "ms", 50.0),
-        Row::at_least("10,000 particles around them, each alone: grains", all.grains.len() as f64, "count", 10_000.0),
-        Row::figure("104,900 and 10,000 particles, fine grid, with balls: time", dusty_time, "ms"),
-        Row::figure("balls for 10,000 grains: time", balls, "ms"),
-    ]
 }

@@ -1,6 +1,6 @@
 //! The surface on the device: with `--engine gpu` alone.
 
-use super::clay::{CELL, CutCube, Random, affine, ball, dented, domain, scattered, with_dust};
+use super::clay::{CELL, CutCube, Random, affine, ball, dented, domain, scattered};
 use super::device::{Device, difference, grain_difference};
 use crate::lab::{Size, is_gpu};
 use crate::report::Row;
@@ -10,7 +10,7 @@ use bevy_clay::surface::field::{Field, SurfaceSettings};
 use bevy_clay::surface::gpu::SurfaceRoom;
 use bevy_clay::surface::grains::extract_with_grains;
 
-/// Fields and meshes against the processor's; time on devices that are not software.
+/// Fields and meshes against the processor's.
 pub fn on_device(size: Size) -> Vec<Row> {
     if !is_gpu() {
         return vec![];
@@ -24,18 +24,6 @@ pub fn on_device(size: Size) -> Vec<Row> {
     ];
     rows.push(Row::at_most("on the device: scattered clay whose grains differ", grains(&device, size), "count", 0.0));
     rows.extend(dent(&device, size));
-    if !device.is_software() {
-        let source = ball(14.63, 0.25, 3);
-        let settings = SurfaceSettings::default();
-        let mut run = device.run(&source, &settings, SurfaceRoom::for_particles(source.particles.len()));
-        let time = run.time(&[&source], 100, true).as_secs_f64() * 1e3;
-        rows.push(Row::at_most("on the device: 104,900 particles, fine grid: time", time, "ms", 1.0));
-        let looking = device.run_with_grains(&source, &settings).time(&[&source], 100, true).as_secs_f64() * 1e3;
-        rows.push(Row::at_most("on the device: the same, looking for grains: time", looking, "ms", 1.0));
-        let dusty = with_dust(&source, 10_000);
-        let dusty_time = device.run_with_grains(&dusty, &settings).time(&[&dusty], 100, true).as_secs_f64() * 1e3;
-        rows.push(Row::at_most("on the device: 10,000 more, each alone, with balls: time", dusty_time, "ms", 2.0));
-    }
     rows
 }
 

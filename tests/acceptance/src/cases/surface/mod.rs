@@ -1,4 +1,4 @@
-//! The surface: topology of random fields and of cuts, accuracy, clusters, steadiness, time.
+//! The surface: topology of random fields and of cuts, accuracy, clusters, steadiness; times.
 
 mod ball;
 pub mod clay;
@@ -8,8 +8,9 @@ mod fields;
 mod gpu;
 mod rest;
 mod settled;
+pub mod speed;
 
-pub use ball::{clusters, motion, speed, sphere};
+pub use ball::{clusters, motion, sphere};
 pub use cuts::{cuts, meeting_cuts};
 pub use fields::random_fields;
 pub use gpu::on_device;
