@@ -109,7 +109,8 @@ pub(crate) fn count(
     }
 }
 
-/// Measures what a stroke left behind when the clay has settled, or the next stroke begins; bodies are counted away from the main thread.
+/// Measures what a stroke left behind when the clay has settled, or the next stroke begins; bodies are
+/// counted away from the main thread.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn measure(surface: Query<&ClaySurface>, work: Res<Work>, mut watch: ResMut<Watch>) {
     let watch = &mut *watch;

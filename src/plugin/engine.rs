@@ -1,4 +1,5 @@
-//! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered without losing the clay.
+//! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered
+//! without losing the clay.
 
 use super::clay::{Clay, ClaySettings, ClayStatus, EngineChoice};
 use super::gpu::{AppDevice, Bridge, SharedDevice};
@@ -81,7 +82,8 @@ impl ClayEngine {
         Some(self.kept.snapshot.domain)
     }
 
-    /// The surface particles at the end of the last reported frame. Converts every particle: see [`Self::surface_deferred`].
+    /// The surface particles at the end of the last reported frame. Converts every particle: see
+    /// [`Self::surface_deferred`].
     pub fn surface(&self) -> Option<SurfaceSource> {
         self.engine().surface()
     }
@@ -91,7 +93,8 @@ impl ClayEngine {
         self.engine().surface_deferred()
     }
 
-    /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a task, and may be looked at now and then.
+    /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a
+    /// task, and may be looked at now and then.
     ///
     /// # Errors
     /// Nothing is loaded.
@@ -99,8 +102,8 @@ impl ClayEngine {
         self.engine().request_state()
     }
 
-    /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame reported: in slow motion it is behind the hand.
-    /// Nothing if the tool was not in that frame.
+    /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame
+    /// reported: in slow motion it is behind the hand. Nothing if the tool was not in that frame.
     pub fn tool_pose(&self, tool: Entity) -> Option<Pose> {
         self.plans.planner.tool_pose(tool.to_bits())
     }
@@ -193,7 +196,8 @@ impl EngineStart {
         self.error.as_ref().or(self.fallback.as_ref())
     }
 
-    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still be replaced.
+    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still
+    /// be replaced.
     fn device(&mut self, choice: EngineChoice, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
         self.fallback = None;
         let device = match choice {

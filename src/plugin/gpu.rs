@@ -1,7 +1,8 @@
-//! The GPU engine inside Bevy's frame: its passes are recorded into the render graph, before any camera, on the app's own device.
+//! The GPU engine inside Bevy's frame: its passes are recorded into the render graph, before any camera, on
+//! the app's own device.
 //!
-//! What the clay gets wrong there never ends the app: its commands are checked before they are submitted, a fault stops the engine, and the clay goes
-//! on elsewhere. See `recover` for a device that is lost.
+//! What the clay gets wrong there never ends the app: its commands are checked before they are submitted, a
+//! fault stops the engine, and the clay goes on elsewhere. See `recover` for a device that is lost.
 
 use super::engine::ClayEngine;
 use crate::sim::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink};
@@ -33,7 +34,8 @@ impl AppDevice<'_> {
     }
 }
 
-/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's queue tells them apart.
+/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's
+/// queue tells them apart.
 #[derive(Clone)]
 pub(super) struct SharedDevice {
     device: GpuDevice,
@@ -89,7 +91,8 @@ impl Bridge {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
     }
 
-    /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them faulty.
+    /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them
+    /// faulty.
     fn record(&self) -> Option<wgpu::CommandBuffer> {
         let device = &self.device.device.device;
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -156,8 +159,8 @@ pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut br
     }
 }
 
-/// Tells the engines that their commands are on their way, and asks the device what has ended: on this thread nothing else is submitted meanwhile, and a
-/// lost device tells only who asks.
+/// Tells the engines that their commands are on their way, and asks the device what has ended: on this thread
+/// nothing else is submitted meanwhile, and a lost device tells only who asks.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn submitted(device: Res<RenderDevice>, mut bridges: ResMut<Bridges>) {
     bridges.recorded.drain(..).for_each(|bridge| bridge.link.submitted());

@@ -9,7 +9,8 @@ use bevy_clay::surface::mesh::Mesh;
 use clay_acceptance::cases::surface::clay::{CutCube, Random, ball, domain, lattice, source};
 use glam::{DMat3, DVec3};
 
-/// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same volume.
+/// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same
+/// volume.
 #[test]
 fn cut_survives_an_stl_file() {
     let mut random = Random(14);
@@ -72,8 +73,9 @@ fn memory_follows_the_particles_and_not_the_grid() {
     assert_eq!(MeshCheck::of(&extract(&s, &SurfaceSettings::default())).components, 2);
 }
 
-/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with other work, best of 10:
-/// 60 ms on the fine grid (32,436 triangles), 26 ms on the coarse one (8,088). The bound only finds a slip of an order of magnitude.
+/// 104,900 particles, 8 per cell (a sphere of 14.63 cells), whole extraction. Measured on 2 cores shared with
+/// other work, best of 10: 60 ms on the fine grid (32,436 triangles), 26 ms on the coarse one (8,088). The
+/// bound only finds a slip of an order of magnitude.
 #[test]
 fn extraction_of_104900_particles_is_fast() {
     let s = ball(14.63, 0.25, 3);
