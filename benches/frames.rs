@@ -1,7 +1,8 @@
-//! Frame times of an app with clay under a pressing ball, drawn without a window: `cargo bench --bench frames -- [--engine native|gpu] [--seconds S]`.
+//! Frame times of an app with clay under a pressing ball, drawn without a window:
+//! `cargo bench --bench frames -- [--engine native|gpu] [--seconds S]`.
 //!
-//! For each engine and size: app frames (mean, 95th percentile), clay frames with their substeps and time, simulated time per wall time, surface, and
-//! the longest time that clay held the main thread.
+//! For each engine and size: app frames (mean, 95th percentile), clay frames with their substeps and time,
+//! simulated time per wall time, surface, and the longest time that clay held the main thread.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a benchmark prints its figures")]
 
 use bevy::app::PluginsState;

@@ -1,8 +1,9 @@
-//! Cost of a substep: core-ns per particle and substep of a block of clay that falls onto the floor, with `--tool` and a ball of a quarter of its width that
-//! stands in its top.
+//! Cost of a substep: core-ns per particle and substep of a block of clay that falls onto the floor, with
+//! `--tool` and a ball of a quarter of its width that stands in its top.
 //!
-//! `cargo bench --no-default-features --bench substep -- [--gpu] [--tool] [--json] [--threads T] [--particles N] [--grid G]`; `benches/peers/run.sh` runs it
-//! beside Taichi on the same scene. Core-ns is the CPU time of all threads: it hardly moves when other work shares the machine.
+//! `cargo bench --no-default-features --bench substep -- [--gpu] [--tool] [--json] [--threads T] [--particles
+//! N] [--grid G]`; `benches/peers/run.sh` runs it beside Taichi on the same scene. Core-ns is the CPU time of
+//! all threads: it hardly moves when other work shares the machine.
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use bevy_clay::prelude::*;

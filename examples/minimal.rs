@@ -1,4 +1,5 @@
-//! A block of clay in a window, pressed by a ball: `cargo run --example minimal`. With `-- --frames N` it ends after N frames, and well if there is a dent.
+//! A block of clay in a window, pressed by a ball: `cargo run --example minimal`. With `-- --frames N` it
+//! ends after N frames, and well if there is a dent.
 #![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
 use bevy::light::CascadeShadowConfigBuilder;

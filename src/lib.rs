@@ -1,4 +1,5 @@
-//! Real-time sculpting of elastoplastic clay: MLS-MPM with cuts that persist (CPIC), two-sided marching cubes.
+//! Real-time sculpting of elastoplastic clay: MLS-MPM with cuts that persist (CPIC), two-sided marching
+//! cubes.
 //!
 //! Data flows one way, top to bottom; no module imports one below it in this table.
 //!
@@ -10,8 +11,8 @@
 //! | `plugin`    | Bevy's clock and entities | frame plans, Bevy components       | -                    |
 //! | `ui`        | Bevy components           | egui panels on them                | -                    |
 //!
-//! Units are SI, right-handed, Y up. State is f32 on the device and in the engines, f64 in the oracle. Matrices are column-major:
-//! `affine[c][r]` is the derivative of velocity component `r` along axis `c`.
+//! Units are SI, right-handed, Y up. State is f32 on the device and in the engines, f64 in the oracle.
+//! Matrices are column-major: `affine[c][r]` is the derivative of velocity component `r` along axis `c`.
 //!
 //! # Example
 //!

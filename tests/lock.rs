@@ -1,4 +1,5 @@
-//! Cargo.lock holds one copy of each crate whose types cross borders: two copies compile and then do not fit together.
+//! Cargo.lock holds one copy of each crate whose types cross borders: two copies compile and then do not fit
+//! together.
 
 /// Crates that must not be there twice.
 const ONCE: [&str; 5] = ["wgpu", "naga", "glam", "egui", "bevy_ecs"];

@@ -15,7 +15,8 @@ const TICK: Duration = Duration::from_millis(10);
 /// Longest that a test waits for what has to come: it guards against hanging, and says nothing of speed.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A cube of clay, `width` cells wide with 8 particles per cell, its underside `height` cells above the floor.
+/// A cube of clay, `width` cells wide with 8 particles per cell, its underside `height` cells above the
+/// floor.
 fn cube(width: i32, height: f64) -> Snapshot {
     let room = DVec3::new(8.0, 24.0, 8.0) * DX;
     let domain = Domain::new(DVec3::ZERO, room, DX, Walls::default()).expect("domain");
@@ -94,7 +95,8 @@ fn height(app: &App, clay: Entity) -> f64 {
     sum / snapshot.particles.len() as f64
 }
 
-/// The app above runs with ambiguities as errors: a system that touches clay without an order is found, one within a set is not.
+/// The app above runs with ambiguities as errors: a system that touches clay without an order is found, one
+/// within a set is not.
 #[test]
 #[should_panic(expected = "ambig")]
 fn schedule_with_an_unordered_system_is_refused() {
@@ -161,7 +163,8 @@ fn tool_moved_by_the_app_feels_the_clay() {
     assert!(last.force.y > 0.0, "pressed down, the ball feels {} N", last.force);
 }
 
-/// A knife that is switched off and on again before another frame is planned has been put down anew: its cut is another.
+/// A knife that is switched off and on again before another frame is planned has been put down anew: its cut
+/// is another.
 #[test]
 fn knife_put_down_anew_begins_another_cut() {
     let mut app = app();
@@ -184,7 +187,8 @@ fn knife_put_down_anew_begins_another_cut() {
     assert_eq!([(); 3].map(|()| cuts(&mut app)), [2; 3]);
 }
 
-/// A material that the engine refuses stops the clay with its reason; the app goes on, and so does the clay when it is mended.
+/// A material that the engine refuses stops the clay with its reason; the app goes on, and so does the clay
+/// when it is mended.
 #[test]
 fn refused_material_stops_the_clay_by_name_until_it_is_mended() {
     let mut app = app();
@@ -292,7 +296,8 @@ fn paused_clay_stands_still() {
     assert!((time - 0.01).abs() < 1e-9 && given_up == 0.0, "{time} s, {given_up} s given up");
 }
 
-/// A clay that is moved, turned and scaled takes its tools along: the same press from the same side, seen from the clay.
+/// A clay that is moved, turned and scaled takes its tools along: the same press from the same side, seen
+/// from the clay.
 #[test]
 fn tools_act_in_the_frame_of_the_clay() {
     let press = |place: Transform| {
@@ -387,8 +392,8 @@ fn while_threads_are_held<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The engine of a large clay starts, and its surface is made, aside: while no thread is free for that, updates go on without them.
-/// How long the main thread is held is measured by `cargo bench --bench frames`.
+/// The engine of a large clay starts, and its surface is made, aside: while no thread is free for that,
+/// updates go on without them. How long the main thread is held is measured by `cargo bench --bench frames`.
 #[test]
 fn main_thread_waits_for_neither_engine_nor_surface() {
     let mut app = app_with_meshes();
@@ -417,7 +422,8 @@ fn app_with_meshes() -> App {
     app
 }
 
-/// The surface appears as a mesh with the right bounds and encloses the clay; clay at rest is not extracted again, clay that moved is.
+/// The surface appears as a mesh with the right bounds and encloses the clay; clay at rest is not extracted
+/// again, clay that moved is.
 #[test]
 fn mesh_follows_the_clay_and_rests_with_it() {
     let mut app = app_with_meshes();
@@ -450,7 +456,8 @@ fn mesh_follows_the_clay_and_rests_with_it() {
     settle(&mut app, "no mesh", |world| world.get::<Mesh3d>(clay).is_none() && world.get::<ClaySurface>(clay).is_none());
 }
 
-/// A ray from above meets the top of a cube that falls, where the cube is then; one beside it meets nothing. What it meets lies in the box of the surface.
+/// A ray from above meets the top of a cube that falls, where the cube is then; one beside it meets nothing.
+/// What it meets lies in the box of the surface.
 #[test]
 fn ray_meets_the_top_of_the_dropped_cube() {
     let mut app = app_with_meshes();
@@ -475,7 +482,8 @@ fn ray_meets_the_top_of_the_dropped_cube() {
     assert_eq!(first.cast(down(4.0)), Some(top), "a clone stays as it was");
 }
 
-/// A particle far from the body is drawn, as a ball of its volume in the same mesh and within its bounds; the surface that apps read, and export, is the body alone.
+/// A particle far from the body is drawn, as a ball of its volume in the same mesh and within its bounds; the
+/// surface that apps read, and export, is the body alone.
 #[test]
 fn lone_particle_shows_as_a_ball() {
     let mut app = app_with_meshes();

@@ -25,7 +25,8 @@ fn bunny() -> Solid {
     Solid::Mesh(Box::new(MeshSolid::new(mesh)))
 }
 
-/// Sizes of the connected groups of inside points of a lattice of `spacing`, links cut where `is_cut` says so, with the box of each; largest first.
+/// Sizes of the connected groups of inside points of a lattice of `spacing`, links cut where `is_cut` says
+/// so, with the box of each; largest first.
 fn pieces(solid: &Solid, spacing: f64, is_cut: impl Fn(DVec3, DVec3) -> bool) -> Vec<(usize, DVec3, DVec3)> {
     let (points, _) = Fill { spacing, jitter: 0.0, seed: 0 }.fill(std::slice::from_ref(solid));
     let (low, _) = solid.bounds();
@@ -52,7 +53,8 @@ fn pieces(solid: &Solid, spacing: f64, is_cut: impl Fn(DVec3, DVec3) -> bool) ->
     pieces
 }
 
-/// Whether some blade of the scene sweeps over the link from `a` to `b`: it passes the blade's plane within the rectangle at some time.
+/// Whether some blade of the scene sweeps over the link from `a` to `b`: it passes the blade's plane within
+/// the rectangle at some time.
 fn cuts(scene: &BuiltScene) -> impl Fn(DVec3, DVec3) -> bool {
     let mut rectangles = Vec::new();
     let step = 0.01;
@@ -103,7 +105,8 @@ fn bunny_blade_severs_one_ear_and_nothing_else() {
     );
 }
 
-/// The blade's band stays clear of the body, the head and the other ear: 2 cells about the swept plane (the band is 1.5), the ear alone is inside.
+/// The blade's band stays clear of the body, the head and the other ear: 2 cells about the swept plane (the
+/// band is 1.5), the ear alone is inside.
 #[test]
 fn bunny_blade_stays_clear_of_everything_but_the_ear() {
     let scene = built("bunny_carve.ron");
@@ -135,7 +138,8 @@ fn lattice(low: DVec3, high: DVec3) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// The ball starts and ends clear of the bunny and goes a few millimetres deep; so does no other part of its way.
+/// The ball starts and ends clear of the bunny and goes a few millimetres deep; so does no other part of its
+/// way.
 #[test]
 fn bunny_ball_presses_the_flank_a_few_millimetres() {
     let scene = built("bunny_carve.ron");

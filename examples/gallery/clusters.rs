@@ -1,4 +1,5 @@
-//! Small clusters beside a ball, as in Fig. 4 of the paper: by Equation 9, which loses them, and by ours, where each has its volume.
+//! Small clusters beside a ball, as in Fig. 4 of the paper: by Equation 9, which loses them, and by ours,
+//! where each has its volume.
 
 use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
@@ -56,7 +57,8 @@ pub(crate) fn meshes() -> [(&'static str, Mesh); 2] {
 mod tests {
     use super::*;
 
-    /// The picture of small clusters beside a ball: by Equation 9 they are gone, ours shows each with its volume.
+    /// The picture of small clusters beside a ball: by Equation 9 they are gone, ours shows each with its
+    /// volume.
     #[test]
     fn clusters_beside_a_ball_show() {
         let particles = clay().particles.len();

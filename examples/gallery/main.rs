@@ -1,7 +1,9 @@
-//! Pictures of what the surface shows, drawn without a window: `cargo run --example gallery -- --out DIR [--only NAME] [--quick]`.
+//! Pictures of what the surface shows, drawn without a window:
+//! `cargo run --example gallery -- --out DIR [--only NAME] [--quick]`.
 //!
-//! Each clay is sculpted by the CPU engine first; then the plugin shows it as it does in an app, its surface made on the graphics device. Exit code 1: a picture could not be
-//! made, or the clay is not in the pieces that it was cut into.
+//! Each clay is sculpted by the CPU engine first; then the plugin shows it as it does in an app, its surface
+//! made on the graphics device. Exit code 1: a picture could not be made, or the clay is not in the pieces
+//! that it was cut into.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
 
 mod clusters;

@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// Size of the part of a picture that a camera fills [pixels].
 const VIEW: UVec2 = UVec2::new(900, 720);
-/// Frames for which a surface stays the same before its picture is taken: its mesh has found room, shadows are drawn.
+/// Frames for which a surface stays the same before its picture is taken: its mesh has found room, shadows
+/// are drawn.
 const FRAMES_SAME: u32 = 8;
 /// Frames after which a surface that has not come will not come.
 const FRAMES_MAX: u32 = 2000;

@@ -13,10 +13,11 @@ use std::time::Instant;
 /// thick.
 const VOLUME_ERROR_MAX: f64 = 0.03;
 
-/// The same where clay is a few cells thick, for each square of the share of the clay that is within a cell of
-/// its surface [-]: a surface of nodes rounds what is curved, which is an error of the second order in the
-/// cells and says how coarse a scene is, not whether it ran well. Balls, boxes, tori, a plate and the bunny of
-/// 200 to 35,000 particles err by up to 0.10 times that square on the fine grid and 0.19 times on the coarse.
+/// The same where clay is a few cells thick, for each square of the share of the clay that is within a cell
+/// of its surface [-]: a surface of nodes rounds what is curved, which is an error of the second order in the
+/// cells and says how coarse a scene is, not whether it ran well. Balls, boxes, tori, a plate and the bunny
+/// of 200 to 35,000 particles err by up to 0.10 times that square on the fine grid and 0.19 times on the
+/// coarse.
 fn skin_error(tier: Tier) -> f64 {
     match tier {
         Tier::Fine => 0.12,

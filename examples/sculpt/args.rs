@@ -66,7 +66,8 @@ pub(crate) struct Args {
     /// Scene file (RON) whose clay to start with; its tools and its duration do not matter here.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
-    /// Clay file (RON) that says what the clay is made of, read again whenever it changes: a path, or a name such as wax.clay.ron.
+    /// Clay file (RON) that says what the clay is made of, read again whenever it changes: a path, or a name
+    /// such as wax.clay.ron.
     #[arg(long, value_name = "FILE")]
     pub(crate) clay: Option<PathBuf>,
     /// Engine of the clay.
@@ -139,7 +140,8 @@ impl Start {
         &self.built.warnings
     }
 
-    /// What the clay is made of: what the clay file says, else the scene's material with `softening` about tools.
+    /// What the clay is made of: what the clay file says, else the scene's material with `softening` about
+    /// tools.
     pub(crate) fn material(&self, softening: f64) -> ClayMaterial {
         let material = ClayMaterial { softening, ..self.built.snapshot.material };
         self.clay.as_ref().map_or(material, |clay| clay.in_place_of(&material))

@@ -1,4 +1,5 @@
-//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu --surface auto|cpu|gpu --frames N --script --screenshot FILE --out DIR]`.
+//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine
+//! auto|native|gpu --surface auto|cpu|gpu --frames N --script --screenshot FILE --out DIR]`.
 //!
 //! | file     | does                                              |
 //! |----------|---------------------------------------------------|

@@ -1,7 +1,9 @@
-//! How fast the clay's time goes: as fast as the clock where the engine keeps up, else so slow that each frame ends soon, and not at all at rest.
+//! How fast the clay's time goes: as fast as the clock where the engine keeps up, else so slow that each
+//! frame ends soon, and not at all at rest.
 //!
-//! The clay follows Bevy's virtual clock. On a slow machine a second of clay takes many seconds; planned at full speed, two long frames would be under
-//! way whenever a tool is pressed, and the answer would wait for them. Slowed, each frame of the window has a short frame of clay to itself.
+//! The clay follows Bevy's virtual clock. On a slow machine a second of clay takes many seconds; planned at
+//! full speed, two long frames would be under way whenever a tool is pressed, and the answer would wait for
+//! them. Slowed, each frame of the window has a short frame of clay to itself.
 
 use crate::args::Args;
 use crate::stroke::Work;
@@ -35,7 +37,8 @@ pub(crate) struct Pace {
     pub(crate) is_at_rest: bool,
 }
 
-/// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not drawn leaves its time to the clay.
+/// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not
+/// drawn leaves its time to the clay.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn draw(args: Res<Args>, pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
     const RESTING: Duration = Duration::from_millis(100);

@@ -1,6 +1,7 @@
-//! Where the picture is drawn: straight into the window, or, where a processor has to draw it without a graphics unit, into a smaller picture that is
-//! stretched over the window behind the panels. A quarter of the pixels take a quarter of the time; and the small picture is drawn anew only when
-//! something in it has changed, and for no more than half of the time, so that the clay gets the rest.
+//! Where the picture is drawn: straight into the window, or, where a processor has to draw it without a
+//! graphics unit, into a smaller picture that is stretched over the window behind the panels. A quarter of
+//! the pixels take a quarter of the time; and the small picture is drawn anew only when something in it has
+//! changed, and for no more than half of the time, so that the clay gets the rest.
 
 use crate::stage::Orbit;
 use crate::stroke::Work;
@@ -58,7 +59,8 @@ pub(crate) fn refresh(
     drawn.age += delta;
     drawn.cost = (drawn.cost * FADING).max(delta.min(0.5));
     drawn.is_stale |= !seen.is_empty() || time.elapsed_secs() < OPENING;
-    // New clay goes before a tool that has moved: between a press and its answer the tool alone is not worth a picture.
+    // New clay goes before a tool that has moved: between a press and its answer the tool alone is not worth
+    // a picture.
     let gap = match (surface.is_empty(), work.stroke.is_some()) {
         (false, _) => drawn.cost,
         (true, true) => TOOL_ALONE.max(2.0 * drawn.cost),

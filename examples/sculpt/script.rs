@@ -1,4 +1,5 @@
-//! A stroke made by itself, on the way that the mouse takes: for checks where nobody holds a mouse. It goes by the clay's own time, however slow the machine.
+//! A stroke made by itself, on the way that the mouse takes: for checks where nobody holds a mouse. It goes
+//! by the clay's own time, however slow the machine.
 
 use crate::pick;
 use crate::stroke::{Pointer, Work};
@@ -6,7 +7,8 @@ use crate::watch::Watch;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
 
-/// How long the tool stays pressed once it is as deep as it goes, in the clay's own time [s]: soft clay has made way and is at rest by then.
+/// How long the tool stays pressed once it is as deep as it goes, in the clay's own time [s]: soft clay has
+/// made way and is at rest by then.
 const HOLDING: f64 = 0.01;
 
 /// Where the script is.

@@ -31,7 +31,8 @@ impl Orbit {
     }
 }
 
-/// Sets board, lights and camera about clay that fills the ball of `radius` [m] about `middle`; the camera is handed back.
+/// Sets board, lights and camera about clay that fills the ball of `radius` [m] about `middle`; the camera is
+/// handed back.
 pub(crate) fn set(
     commands: &mut Commands,
     meshes: &mut Assets<Mesh>,
@@ -40,7 +41,8 @@ pub(crate) fn set(
     floor: f32,
     has_gpu: bool,
 ) -> Entity {
-    // A hair below the clay's underside, which would flicker through it. A board, not a whole table: each pixel costs a software renderer much.
+    // A hair below the clay's underside, which would flicker through it. A board, not a whole table: each
+    // pixel costs a software renderer much.
     let (board, height) = (1.75 * radius, 0.14 * radius);
     commands.spawn((
         Name::new("board"),
@@ -84,7 +86,8 @@ pub(crate) fn set(
     commands.spawn((Name::new("eye"), camera)).id()
 }
 
-/// Turns, moves and zooms the camera by the mouse: right or middle drag turns, with shift it moves, the wheel zooms.
+/// Turns, moves and zooms the camera by the mouse: right or middle drag turns, with shift it moves, the wheel
+/// zooms.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn orbit(
     camera: Single<(&mut Orbit, &mut Transform)>,

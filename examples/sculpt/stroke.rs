@@ -1,4 +1,5 @@
-//! From the pointer to the tool: over the clay it hovers, pressed it goes in, and it never moves faster than the clay can follow.
+//! From the pointer to the tool: over the clay it hovers, pressed it goes in, and it never moves faster than
+//! the clay can follow.
 
 use crate::pick::{self, Hit};
 use crate::screen;
@@ -99,7 +100,8 @@ struct Knife {
     /// Where the pointer was, in the plane through the middle of the clay that faces the eye.
     last: Vec3,
     heading: Option<Vec3>,
-    /// Poses on the line that the knife has still to reach: it follows the line drawn, however far the hand is ahead.
+    /// Poses on the line that the knife has still to reach: it follows the line drawn, however far the hand
+    /// is ahead.
     ahead: VecDeque<Transform>,
 }
 
@@ -162,7 +164,8 @@ pub(crate) fn work(
     stroke.advance(delta * (SPEED_MAX * clock.relative_speed()).min(HAND_SPEED_MAX), &hand, eye, &mut held);
 }
 
-/// Shows the tool where the pointer meets the clay; pressed there, a stroke begins. A cut may begin beside the clay.
+/// Shows the tool where the pointer meets the clay; pressed there, a stroke begins. A cut may begin beside
+/// the clay.
 fn hover(pointer: &Pointer, surface: Option<&ClaySurface>, hand: &Hand, eye: Eye, held: &mut Held) -> Option<Stroke> {
     let is_cut = hand.kind == ToolKind::Knife && pointer.is_down;
     let met = surface.zip(pointer.ray).and_then(|(surface, ray)| {
@@ -242,7 +245,8 @@ impl Stroke {
     }
 }
 
-/// Moves `place` towards `target`; no point of a tool of `reach` goes farther than `way`. What is left of the way is handed back.
+/// Moves `place` towards `target`; no point of a tool of `reach` goes farther than `way`. What is left of the
+/// way is handed back.
 fn approach(place: &mut Transform, target: Transform, reach: f32, way: f32) -> f32 {
     let step = target.translation - place.translation;
     let total = step.length() + place.rotation.angle_between(target.rotation) * reach;
@@ -252,8 +256,8 @@ fn approach(place: &mut Transform, target: Transform, reach: f32, way: f32) -> f
     (way - total).max(0.0)
 }
 
-/// The knife: its plane holds the view ray and the heading. Deep as by habit it reaches through the clay; else `depth` below the surface, which is
-/// `distance` away.
+/// The knife: its plane holds the view ray and the heading. Deep as by habit it reaches through the clay;
+/// else `depth` below the surface, which is `distance` away.
 fn knife_pose(hand: &Hand, ray: Ray3d, distance: f32, heading: Vec3, middle: Vec3) -> Transform {
     let up = -*ray.direction;
     let along = (heading - up * heading.dot(up)).normalize_or(up.any_orthonormal_vector());

@@ -74,7 +74,8 @@ impl Hand {
         self.depth = (self.depth * factor).clamp(*DEPTHS.start(), *DEPTHS.end());
     }
 
-    /// Half the tool's extents [m], its own y standing on the surface; of the knife: along the stroke, along the view, nothing.
+    /// Half the tool's extents [m], its own y standing on the surface; of the knife: along the stroke, along
+    /// the view, nothing.
     fn half(&self) -> Vec3 {
         let s = self.unit * self.size;
         match self.kind {
@@ -111,7 +112,8 @@ impl Hand {
         }
     }
 
-    /// The tool on the surface, `depth` [m] below it (above it if negative), one of its axes along `right` as seen from the camera.
+    /// The tool on the surface, `depth` [m] below it (above it if negative), one of its axes along `right` as
+    /// seen from the camera.
     pub(crate) fn pose(&self, hit: &Hit, right: Vec3, depth: f32) -> Transform {
         let up = hit.normal;
         let along = (right - up * right.dot(up)).normalize_or(up.any_orthonormal_vector());

@@ -135,7 +135,8 @@ pub(crate) fn count(
     }
 }
 
-/// Measures what a stroke left behind when the clay has settled and is shown so, or the next stroke begins; bodies are counted away from the main thread.
+/// Measures what a stroke left behind when the clay has settled and is shown so, or the next stroke begins;
+/// bodies are counted away from the main thread.
 pub(crate) fn measure(
     clay: Query<(&ClaySurface, &ClayEngine, &ClayStatus)>,
     (work, pace): (Res<Work>, Res<Pace>),

@@ -15,7 +15,8 @@ use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Runs an app without a window until it exits, which `add` gives what takes the pictures `files`; says which files there are then.
+/// Runs an app without a window until it exits, which `add` gives what takes the pictures `files`; says which
+/// files there are then.
 ///
 /// # Errors
 /// No graphics adapter, or a picture that was not written.

@@ -27,7 +27,8 @@ impl AppDevice<'_> {
     }
 }
 
-/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's queue tells them apart.
+/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's
+/// queue tells them apart.
 #[derive(Clone)]
 pub(super) struct SharedDevice {
     device: GpuDevice,
@@ -83,7 +84,8 @@ impl Bridge {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
     }
 
-    /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them faulty.
+    /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them
+    /// faulty.
     pub(super) fn record(&self) -> Option<wgpu::CommandBuffer> {
         let device = &self.device.device.device;
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);

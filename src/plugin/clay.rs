@@ -17,11 +17,12 @@ impl Component for ClayMaterial {
     type Mutability = Mutable;
 }
 
-/// What a piece of clay starts from. The plugin starts an engine for each new or replaced `Clay`, away from the main thread; a replaced one stands
-/// until the next is ready.
+/// What a piece of clay starts from. The plugin starts an engine for each new or replaced `Clay`, away from
+/// the main thread; a replaced one stands until the next is ready.
 ///
-/// Beside it belongs a [`ClayMaterial`], which the clay is made of from the next frame on; without one the snapshot's is inserted. The entity's
-/// [`Transform`] places, turns and uniformly scales the clay; particles, walls, gravity and forces are in the entity's own frame.
+/// Beside it belongs a [`ClayMaterial`], which the clay is made of from the next frame on; without one the
+/// snapshot's is inserted. The entity's [`Transform`] places, turns and uniformly scales the clay; particles,
+/// walls, gravity and forces are in the entity's own frame.
 ///
 /// The default is a cube of 4 cm of soft clay with cells of 2 mm, standing on a floor.
 #[derive(Component, Clone, Debug, Reflect)]
@@ -98,7 +99,8 @@ pub enum EngineChoice {
     Auto,
     /// The CPU engine.
     Native,
-    /// The GPU engine on the app's own device, software adapters included; the CPU engine where that cannot be, with a line that says so.
+    /// The GPU engine on the app's own device, software adapters included; the CPU engine where that cannot
+    /// be, with a line that says so.
     Gpu,
 }
 
@@ -124,8 +126,8 @@ pub enum SurfaceMaker {
     Auto,
     /// On the processor, away from the main thread: a frame or more behind the clay.
     Cpu,
-    /// On the graphics device, software adapters included, straight into the mesh that is drawn: the frame drawn is the frame simulated. On the processor where the app
-    /// renders nothing.
+    /// On the graphics device, software adapters included, straight into the mesh that is drawn: the frame
+    /// drawn is the frame simulated. On the processor where the app renders nothing.
     Gpu,
 }
 
@@ -139,8 +141,9 @@ pub struct ClaySettings {
     pub gravity: DVec3,
     /// How far inertia may be scaled while a tool engages supported clay.
     pub inertia: InertiaScaling,
-    /// Whether frames are no longer than what the engine runs in the time of one of the app's, so that clay that is too much for the machine still answers
-    /// a tool at once. Without it frames follow the clock alone, and a run repeats if the clock does.
+    /// Whether frames are no longer than what the engine runs in the time of one of the app's, so that clay
+    /// that is too much for the machine still answers a tool at once. Without it frames follow the clock
+    /// alone, and a run repeats if the clock does.
     pub is_responsive: bool,
     /// Whether the clay's time stands still. Tools then move without touching it.
     pub is_paused: bool,
@@ -150,7 +153,8 @@ pub struct ClaySettings {
     pub surface: SurfaceMaker,
     /// What the tools do with the hand's way that the clay had no time for.
     pub backlog: Backlog,
-    /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less keeps only the start.
+    /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less
+    /// keeps only the start.
     pub snapshot_interval: f32,
 }
 
@@ -190,8 +194,9 @@ pub struct PassTimes {
 pub struct ClayStatus {
     /// The engine and what it runs on; empty until the first one has started.
     pub engine: String,
-    /// What is wrong, by name: a parameter the engine refused (the clay stands until that is mended), what became of an engine, or a
-    /// [`MaterialFile`](super::follow::MaterialFile) that is bad (the clay stays as it is).
+    /// What is wrong, by name: a parameter the engine refused (the clay stands until that is mended), what
+    /// became of an engine, or a [`MaterialFile`](super::follow::MaterialFile) that is bad (the clay stays as
+    /// it is).
     pub error: Option<String>,
     /// What is odd about its [`MaterialFile`](super::follow::MaterialFile), one line each.
     pub warnings: Vec<String>,

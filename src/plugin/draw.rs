@@ -1,8 +1,11 @@
-//! The surface straight on the graphics device: passes write it into the mesh that Bevy draws, in the frame in which the clay moves.
+//! The surface straight on the graphics device: passes write it into the mesh that Bevy draws, in the frame
+//! in which the clay moves.
 //!
-//! The mesh is an asset like any other, so that materials, shadows and any number of cameras see it; its vertices and indices stand in the slabs of Bevy's mesh
-//! allocator, where the passes write them each frame before any camera. How many are drawn is settled when the asset is made: the mesh is as large as its capacity, and
-//! triangles that are not there are points. Where the capacity is too small, the next one takes its place.
+//! The mesh is an asset like any other, so that materials, shadows and any number of cameras see it; its
+//! vertices and indices stand in the slabs of Bevy's mesh allocator, where the passes write them each frame
+//! before any camera. How many are drawn is settled when the asset is made: the mesh is as large as its
+//! capacity, and triangles that are not there are points. Where the capacity is too small, the next one takes
+//! its place.
 
 use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceMaker};
@@ -32,7 +35,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 mod passes;
 
-/// The number of a vertex's edge. With it a vertex has 28 bytes, which hardly any other mesh has: so these meshes have slabs of their own.
+/// The number of a vertex's edge. With it a vertex has 28 bytes, which hardly any other mesh has: so these
+/// meshes have slabs of their own.
 const EDGE_NUMBER: MeshVertexAttribute = MeshVertexAttribute::new("Vertex_ClayEdge", 0x636c_6179_6564_6765, VertexFormat::Uint32);
 
 /// Triangles that the first mesh of a clay has room for, and by how much the next is larger.
@@ -64,7 +68,8 @@ impl Capacity {
         self.vertices >= vertices && self.indices / 3 >= triangles
     }
 
-    /// The least size, this one or a greater, in which so many vertices and triangles find room; none if that is more than a slab holds.
+    /// The least size, this one or a greater, in which so many vertices and triangles find room; none if that
+    /// is more than a slab holds.
     fn grown(self, counts: [u32; 2]) -> Option<Self> {
         let sizes = std::iter::successors(Some(self.indices / 3), |triangles| triangles.checked_mul(CAPACITY_GROWTH));
         let is_in_slab = |capacity: &Self| u64::from(capacity.vertices) * VERTEX_BYTES <= SLAB_MAX;
@@ -113,7 +118,8 @@ impl Drawn {
         self.told().fault.take()
     }
 
-    /// The mesh's capacity, or the next one that has the room the surface wants, or must have. The status may be one of the mesh before.
+    /// The mesh's capacity, or the next one that has the room the surface wants, or must have. The status may
+    /// be one of the mesh before.
     ///
     /// # Errors
     /// More than a mesh can have.

@@ -1,4 +1,5 @@
-//! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered without losing the clay.
+//! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered
+//! without losing the clay.
 
 use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, ClayStatus, EngineChoice};
@@ -81,7 +82,8 @@ impl ClayEngine {
         Some(self.kept.snapshot.domain)
     }
 
-    /// The surface particles at the end of the last reported frame. Converts every particle: see [`Self::surface_deferred`].
+    /// The surface particles at the end of the last reported frame. Converts every particle: see
+    /// [`Self::surface_deferred`].
     pub fn surface(&self) -> Option<SurfaceSource> {
         self.engine().surface()
     }
@@ -91,7 +93,8 @@ impl ClayEngine {
         self.engine().surface_deferred()
     }
 
-    /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a task, and may be looked at now and then.
+    /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a
+    /// task, and may be looked at now and then.
     ///
     /// # Errors
     /// Nothing is loaded.
@@ -99,14 +102,14 @@ impl ClayEngine {
         self.engine().request_state()
     }
 
-    /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame reported: in slow motion it is behind the hand.
-    /// Nothing if the tool was not in that frame.
+    /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame
+    /// reported: in slow motion it is behind the hand. Nothing if the tool was not in that frame.
     pub fn tool_pose(&self, tool: Entity) -> Option<Pose> {
         self.plans.planner.tool_pose(tool.to_bits())
     }
 
-    /// Counts the states of the clay, as [`ClaySurface::revision`](super::show::ClaySurface::revision) does: a surface of the same one shows the last
-    /// reported frame.
+    /// Counts the states of the clay, as [`ClaySurface::revision`](super::show::ClaySurface::revision) does:
+    /// a surface of the same one shows the last reported frame.
     pub fn revision(&self) -> (u64, u64) {
         (self.generation, self.revision)
     }
@@ -199,7 +202,8 @@ impl EngineStart {
         self.error.as_ref().or(self.fallback.as_ref())
     }
 
-    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still be replaced.
+    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still
+    /// be replaced.
     fn device(&mut self, choice: EngineChoice, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
         self.fallback = None;
         let device = match choice {

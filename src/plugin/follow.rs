@@ -14,12 +14,14 @@ use bevy::tasks::{IoTaskPool, Task};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Time between looks at a file. A change is taken at the second look that sees it, so that a file half written is left alone.
+/// Time between looks at a file. A change is taken at the second look that sees it, so that a file half
+/// written is left alone.
 const LOOK_EVERY: Duration = Duration::from_millis(150);
 
-/// The `*.clay.ron` file that a [`Clay`](super::clay::Clay) follows. Its [`ClayMaterial`] becomes what the file says, at first and whenever the
-/// file, or one that it extends, changes; softening that no file names stays. A file that is bad or gone leaves the material as it is, and
-/// [`ClayStatus::error`] says why; what is odd about it is in [`ClayStatus::warnings`].
+/// The `*.clay.ron` file that a [`Clay`](super::clay::Clay) follows. Its [`ClayMaterial`] becomes what the
+/// file says, at first and whenever the file, or one that it extends, changes; softening that no file names
+/// stays. A file that is bad or gone leaves the material as it is, and [`ClayStatus::error`] says why; what
+/// is odd about it is in [`ClayStatus::warnings`].
 #[derive(Component, Clone, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Default)]
 #[require(Following)]

@@ -1,7 +1,8 @@
-//! The GPU engine inside Bevy's frame: its passes are recorded into the render graph, before any camera, on the app's own device.
+//! The GPU engine inside Bevy's frame: its passes are recorded into the render graph, before any camera, on
+//! the app's own device.
 //!
-//! What the clay gets wrong there never ends the app: its commands are checked before they are submitted, a fault stops the engine, and the clay goes
-//! on elsewhere. See `recover` for a device that is lost.
+//! What the clay gets wrong there never ends the app: its commands are checked before they are submitted, a
+//! fault stops the engine, and the clay goes on elsewhere. See `recover` for a device that is lost.
 
 use super::bridge::Bridge;
 use super::engine::ClayEngine;
@@ -61,8 +62,8 @@ pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut br
     }
 }
 
-/// Tells the engines that their commands are on their way, and asks the device what has ended: on this thread nothing else is submitted meanwhile, and a
-/// lost device tells only who asks.
+/// Tells the engines that their commands are on their way, and asks the device what has ended: on this thread
+/// nothing else is submitted meanwhile, and a lost device tells only who asks.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn submitted(device: Res<RenderDevice>, mut bridges: ResMut<Bridges>) {
     bridges.recorded.drain(..).for_each(|bridge| bridge.link.submitted());

@@ -1,21 +1,30 @@
-//! Clay in a Bevy app: Bevy's clock and entities go in, frame plans go to the engine, reports and meshes come out.
+//! Clay in a Bevy app: Bevy's clock and entities go in, frame plans go to the engine, reports and meshes come
+//! out.
 //!
-//! | file         | takes                               | makes                                                              |
-//! |--------------|-------------------------------------|--------------------------------------------------------------------|
-//! | [`schedule`] | -                                   | [`ClaySystems`](schedule::ClaySystems), in run order               |
-//! | [`clay`]     | what an app gives and gets          | [`Clay`](clay::Clay), its settings, status and reports             |
-//! | [`engine`]   | snapshots, settings                 | [`ClayEngine`](engine::ClayEngine), started away from the main thread |
-//! | `gpu`        | GPU engines                         | their passes in the app's render graph                             |
-//! | [`follow`]   | clay files                          | [`ClayMaterial`](crate::sim::material::ClayMaterial), when they change |
-//! | [`recover`]  | errors of the graphics device       | an app that goes on                                                |
-//! | `report`     | frames that have ended              | [`ClayReport`](clay::ClayReport), [`ClayStatus`](clay::ClayStatus) |
-//! | [`tool`]     | [`SculptTool`](tool::SculptTool)    | ways, swept                                                        |
-//! | [`step`]     | clock, ways, material               | frame plans                                                        |
-//! | [`show`]     | surface particles                   | the mesh, made away from the main thread                           |
-//! | `draw`       | particles on the device             | the mesh, made there                                               |
-//! | [`diagnostics`] | status                           | Bevy diagnostics under `clay/`                                     |
-//! | `held`       | the plugin's own systems            | how long they hold the main thread                                 |
-//! | `reflect`    | the solver's types                  | their reflection                                                   |
+//! | file            | takes                         | makes                                             |
+//! |-----------------|-------------------------------|---------------------------------------------------|
+//! | [`schedule`]    | -                             | [`ClaySystems`], in run order                     |
+//! | [`clay`]        | what an app gives and gets    | [`Clay`], its settings, status and reports        |
+//! | [`engine`]      | snapshots, settings           | [`ClayEngine`], started away from the main thread |
+//! | `gpu`           | GPU engines                   | their passes in the app's render graph            |
+//! | [`follow`]      | clay files                    | [`ClayMaterial`], when they change                |
+//! | [`recover`]     | errors of the graphics device | an app that goes on                               |
+//! | `report`        | frames that have ended        | [`ClayReport`], [`ClayStatus`]                    |
+//! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
+//! | [`step`]        | clock, ways, material         | frame plans                                       |
+//! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
+//! | `draw`          | particles on the device       | the mesh, made there                              |
+//! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |
+//! | `held`          | the plugin's own systems      | how long they hold the main thread                |
+//! | `reflect`       | the solver's types            | their reflection                                  |
+//!
+//! [`ClaySystems`]: schedule::ClaySystems
+//! [`Clay`]: clay::Clay
+//! [`ClayEngine`]: engine::ClayEngine
+//! [`ClayMaterial`]: crate::sim::material::ClayMaterial
+//! [`ClayReport`]: clay::ClayReport
+//! [`ClayStatus`]: clay::ClayStatus
+//! [`SculptTool`]: tool::SculptTool
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -61,8 +70,9 @@ pub mod prelude {
     pub use super::tool::SculptTool;
 }
 
-/// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which `MinimalPlugins` and `DefaultPlugins` hold; shows
-/// meshes where the app has them, with standard materials where it has those.
+/// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which
+/// `MinimalPlugins` and `DefaultPlugins` hold; shows meshes where the app has them, with standard materials
+/// where it has those.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClayPlugins;
 

@@ -1,8 +1,10 @@
-//! Errors of the graphics device that must not end the app: those that the clay makes, and the loss of the device.
+//! Errors of the graphics device that must not end the app: those that the clay makes, and the loss of the
+//! device.
 //!
-//! Bevy quits on every such error unless the app has a handler of its own ([`RenderErrorHandler`]). [`RecoverPlugin`] puts one before it: a fault of
-//! the clay's own work stops the clay's engine, and a lost device is made anew, as the app's `RenderPlugin` made it. All else goes to the handler
-//! that was there. An app that handles the loss of its device itself puts its handler in after `ClayPlugins`.
+//! Bevy quits on every such error unless the app has a handler of its own ([`RenderErrorHandler`]).
+//! [`RecoverPlugin`] puts one before it: a fault of the clay's own work stops the clay's engine, and a lost
+//! device is made anew, as the app's `RenderPlugin` made it. All else goes to the handler that was there. An
+//! app that handles the loss of its device itself puts its handler in after `ClayPlugins`.
 
 use super::gpu::Bridges;
 use bevy::prelude::*;
@@ -10,8 +12,8 @@ use bevy::render::RenderPlugin;
 use bevy::render::error_handler::{ErrorType, RenderError, RenderErrorHandler, RenderErrorPolicy};
 use bevy::render::settings::{RenderCreation, WgpuSettings};
 
-/// Keeps the app alive when the clay's work on the graphics device fails or the device is lost. Disable it where the app wants Bevy's own
-/// behaviour: `ClayPlugins.build().disable::<RecoverPlugin>()`.
+/// Keeps the app alive when the clay's work on the graphics device fails or the device is lost. Disable it
+/// where the app wants Bevy's own behaviour: `ClayPlugins.build().disable::<RecoverPlugin>()`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RecoverPlugin;
 

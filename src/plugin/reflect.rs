@@ -1,4 +1,5 @@
-//! Reflection of the solver's own types, which do not know Bevy: an inspector shows and edits them field by field.
+//! Reflection of the solver's own types, which do not know Bevy: an inspector shows and edits them field by
+//! field.
 //!
 //! Each definition repeats the type's; a field or variant that is missing here does not compile.
 

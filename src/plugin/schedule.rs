@@ -3,12 +3,15 @@
 use super::held::HeldTime;
 use bevy::prelude::*;
 
-/// The stages of clay in [`Update`], in run order, one after the other. Put systems of an app into them or order against them.
+/// The stages of clay in [`Update`], in run order, one after the other. Put systems of an app into them or
+/// order against them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ClaySystems {
-    /// Engines that are ready take over, reports of frames that have ended come in: [`ClayReport`](super::clay::ClayReport) is written here.
+    /// Engines that are ready take over, reports of frames that have ended come in:
+    /// [`ClayReport`](super::clay::ClayReport) is written here.
     Report,
-    /// The app moves its tools: systems that write a [`SculptTool`](super::tool::SculptTool) or its transform belong here. Empty otherwise.
+    /// The app moves its tools: systems that write a [`SculptTool`](super::tool::SculptTool) or its transform
+    /// belong here. Empty otherwise.
     Tool,
     /// The next frame is planned from the clock and the tools and handed to the engine.
     Step,

@@ -1,4 +1,5 @@
-//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in. The field that it was made of stays, to point at.
+//! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
+//! The field that it was made of stays, to point at.
 
 use super::clay::{Clay, ClaySettings, MeshQuality};
 use super::engine::ClayEngine;
@@ -27,7 +28,8 @@ use std::time::Instant;
 /// Colour of clay where the app gives no material: worked pottery clay.
 const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
-/// The surface as apps may read it and point at it. A clone shares all of it, and stays as it is when the clay moves on.
+/// The surface as apps may read it and point at it. A clone shares all of it, and stays as it is when the
+/// clay moves on.
 #[derive(Component, Clone, Debug)]
 pub struct ClaySurface {
     mesh: Option<Arc<Surface>>,
@@ -40,14 +42,16 @@ pub struct ClaySurface {
 }
 
 impl ClaySurface {
-    /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose asset lives in the render world alone and has balls for the grains
-    /// behind it. None where the graphics device makes what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and
+    /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose
+    /// asset lives in the render world alone and has balls for the grains behind it. None where the graphics
+    /// device makes what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and
     /// [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
     pub fn mesh(&self) -> Option<&Arc<Surface>> {
         self.mesh.as_ref()
     }
 
-    /// The particles that the mesh does not show, in the clay's own frame: drawn as balls. Those of a surface that the graphics device makes stay there.
+    /// The particles that the mesh does not show, in the clay's own frame: drawn as balls. Those of a surface
+    /// that the graphics device makes stay there.
     pub fn grains(&self) -> &[Grain] {
         &self.grains
     }
@@ -57,13 +61,15 @@ impl ClaySurface {
         self.mesh().map_or(0, |m| m.triangles.len()) + grains::ball_triangles(self.grains.len())
     }
 
-    /// The field that the surface is made of; where the graphics device makes what is shown, one with nodes every cell, to point at. With 8 particles per cell it takes about 12
-    /// bytes per particle with nodes every half cell, 2.5 with nodes every cell; each cut adds up to twice as much in its reach.
+    /// The field that the surface is made of; where the graphics device makes what is shown, one with nodes
+    /// every cell, to point at. With 8 particles per cell it takes about 12 bytes per particle with nodes
+    /// every half cell, 2.5 with nodes every cell; each cut adds up to twice as much in its reach.
     pub fn field(&self) -> &Arc<Field> {
         &self.field
     }
 
-    /// Where a ray in the clay's own frame first meets the surface from outside, in microseconds: see [`cast_ray`].
+    /// Where a ray in the clay's own frame first meets the surface from outside, in microseconds: see
+    /// [`cast_ray`].
     pub fn cast(&self, ray: Ray3d) -> Option<RayHit> {
         cast_ray(&self.field, &self.settings, ray.origin.as_dvec3(), ray.direction.as_dvec3())
     }
@@ -83,7 +89,8 @@ impl ClaySurface {
         self.extract_ms
     }
 
-    /// Whether this surface stands for another state of the same clay, with these fields and grains: it does while nothing has moved by what could be seen.
+    /// Whether this surface stands for another state of the same clay, with these fields and grains: it does
+    /// while nothing has moved by what could be seen.
     fn is_still(&self, field: &Field, grains: &[Grain], state: State, cell_width: f64) -> bool {
         let is_same_kind = State { revision: state.revision, ..self.state } == state;
         // A hundredth of a cell, as for the fields.
@@ -254,7 +261,8 @@ pub(super) fn swap(
 /// What is shown, and on its way.
 type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<DrawnByDevice>);
 
-/// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for nothing.
+/// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for
+/// nothing.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn request(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Showing), With<Clay>>,

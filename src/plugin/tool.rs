@@ -4,8 +4,8 @@ use crate::sim::params::ParamsError;
 use crate::sim::tool::{Contact, Pose, Tool, ToolShape};
 use bevy::prelude::*;
 
-/// A tool that acts on every clay of the app. Its pose is the entity's [`Transform`], below those of its parents; its way from frame to frame is
-/// swept.
+/// A tool that acts on every clay of the app. Its pose is the entity's [`Transform`], below those of its
+/// parents; its way from frame to frame is swept.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 #[require(Transform)]
@@ -14,7 +14,8 @@ pub struct SculptTool {
     pub id: u32,
     /// Shape and contact; the entity's uniform scale scales the shape.
     pub tool: Tool,
-    /// Whether the tool touches clay. One that is taken away and put down elsewhere does not sweep from where it was.
+    /// Whether the tool touches clay. One that is taken away and put down elsewhere does not sweep from where
+    /// it was.
     pub is_active: bool,
 }
 

@@ -13,11 +13,14 @@ use crate::sim::tool::ToolPath;
 use glam::DVec3;
 use std::path::Path;
 
-/// Least margin about the clay [cells]: two blocks, so that a stencil's reach and some bulging stay clear of the walls.
+/// Least margin about the clay [cells]: two blocks, so that a stencil's reach and some bulging stay clear of
+/// the walls.
 const MARGIN_CELLS: f64 = 8.0;
-/// Margin about the clay over its greatest extent: pressed or slumping clay spreads by less in the scenes at hand.
+/// Margin about the clay over its greatest extent: pressed or slumping clay spreads by less in the scenes at
+/// hand.
 const MARGIN_EXTENT: f64 = 0.25;
-/// Copies of the particles that a run holds: snapshot, an engine's two sorted buffers and its copy of the frame's start.
+/// Copies of the particles that a run holds: snapshot, an engine's two sorted buffers and its copy of the
+/// frame's start.
 const PARTICLE_COPIES: f64 = 4.0;
 /// Bytes per cell of the whole box: an engine's table of blocks, 4 bytes per 4^3 cells.
 const CELL_BYTES: f64 = 1.0 / 16.0;
@@ -48,7 +51,8 @@ impl BuiltScene {
         (self.scene.duration / self.scene.frame_time - 1e-6).ceil().max(1.0) as u64
     }
 
-    /// The tools in the frame from `frame_start` to `frame_end` [s], with times from the frame's start. Ids are indices in the scene's list, plus 1.
+    /// The tools in the frame from `frame_start` to `frame_end` [s], with times from the frame's start. Ids
+    /// are indices in the scene's list, plus 1.
     pub fn tool_paths(&self, frame_start: f64, frame_end: f64) -> Vec<ToolPath> {
         (1..).zip(&self.scene.tools).filter_map(|(id, track)| track.path(id, frame_start, frame_end)).collect()
     }
@@ -134,7 +138,8 @@ impl Scene {
     /// Fills the clay. Mesh paths are relative to `base_dir`, the scene file's folder.
     ///
     /// # Errors
-    /// A value out of its range, a mesh that cannot be read, clay that is outside the room or too thin for a particle, more memory than there is.
+    /// A value out of its range, a mesh that cannot be read, clay that is outside the room or too thin for a
+    /// particle, more memory than there is.
     pub fn build(&self, base_dir: &Path) -> Result<BuiltScene, SceneError> {
         self.build_within(base_dir, memory_limit())
     }
@@ -196,8 +201,8 @@ impl Scene {
         Ok(clay)
     }
 
-    /// The automatic room: whole cells about the clay, so that a box of whole cells stands on nodes; the floor under the clay; wide enough
-    /// for the tools' ways, but no farther than the clay's own extent.
+    /// The automatic room: whole cells about the clay, so that a box of whole cells stands on nodes; the
+    /// floor under the clay; wide enough for the tools' ways, but no farther than the clay's own extent.
     fn room_about(&self, low: DVec3, high: DVec3, cell_width: f64) -> Room {
         let extent = (high - low).max_element();
         let margin = (MARGIN_EXTENT * extent).max(MARGIN_CELLS * cell_width);
@@ -244,7 +249,8 @@ impl Scene {
         if cost.bytes() <= limit {
             return Ok(());
         }
-        // Halving in the logarithm between the width asked for and one cell for all: 60 times reach any precision shown.
+        // Halving in the logarithm between the width asked for and one cell for all: 60 times reach any
+        // precision shown.
         let room = self.domain.map_or((clay.1 - clay.0).max_element(), |room| (room.high - room.low).max_element());
         let (mut low, mut high) = (self.cell_width, room.max(self.cell_width));
         for _ in 0..60 {

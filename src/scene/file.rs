@@ -82,7 +82,8 @@ pub struct MeshBody {
     /// Metres per unit of the file; 1 if neither this nor `height` is given.
     #[serde(default)]
     pub scale: Option<f64>,
-    /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is given.
+    /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is
+    /// given.
     #[serde(default)]
     pub position: Option<DVec3>,
     /// Where the middle of its box goes [m].
@@ -100,7 +101,8 @@ pub enum MaterialChoice {
     Preset(Preset),
     /// Values, as in `Values(density: 1700, young_modulus: 4.4e5, poisson_ratio: 0.45, yield_stress: 8e3)`.
     Values(#[serde(deserialize_with = "checked")] ClayMaterial),
-    /// A clay file, as in `File("wax.clay.ron")`: in the scene file's folder, else in `assets/clays` or of this crate ([`super::clay`]).
+    /// A clay file, as in `File("wax.clay.ron")`: in the scene file's folder, else in `assets/clays` or of
+    /// this crate ([`super::clay`]).
     File(String),
 }
 
@@ -164,7 +166,8 @@ pub struct Scene {
     /// Particles per cell, 1 to 64, made the nearest cube of a whole number: 1, 8, 27 or 64.
     #[serde(default = "Scene::particles_per_cell_default", deserialize_with = "particles_per_cell")]
     pub particles_per_cell: u32,
-    /// Greatest displacement of particles from their lattice along each axis, over the lattice spacing [-], in [0, 0.5).
+    /// Greatest displacement of particles from their lattice along each axis, over the lattice spacing [-],
+    /// in [0, 0.5).
     #[serde(default = "Scene::jitter_default", deserialize_with = "jitter")]
     pub jitter: f64,
     /// Seed of all that is random.
@@ -185,7 +188,8 @@ pub struct Scene {
     /// The room; left out, one about the clay and the tools' ways, with its floor at the clay's lowest point.
     #[serde(default, deserialize_with = "checked_option")]
     pub domain: Option<Room>,
-    /// The walls; left out, clay sticks to the floor and can leave the others. Walls left out of a list given are `Separate`.
+    /// The walls; left out, clay sticks to the floor and can leave the others. Walls left out of a list given
+    /// are `Separate`.
     #[serde(default = "Scene::walls_default")]
     pub walls: Walls,
     /// The tools; the first has id 1.
@@ -245,7 +249,8 @@ impl Scene {
         Self::from_text(text, Self::unnamed())
     }
 
-    /// Reads the scene file at `path`. Mesh paths in it are relative to its folder, which is what [`Self::build`] wants to be given.
+    /// Reads the scene file at `path`. Mesh paths in it are relative to its folder, which is what
+    /// [`Self::build`] wants to be given.
     ///
     /// # Errors
     /// A file that cannot be read, and what [`Self::from_ron`] finds.
@@ -261,7 +266,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The clay's parameters, with the scene's softening in place of the material's, and what is odd about its file. `base_dir` is the scene file's folder.
+    /// The clay's parameters, with the scene's softening in place of the material's, and what is odd about
+    /// its file. `base_dir` is the scene file's folder.
     ///
     /// # Errors
     /// A clay file that is not there or bad, a softening out of its range.
@@ -295,7 +301,8 @@ impl Scene {
         })
     }
 
-    /// Checks every value but those of a clay file, which are checked when it is read: for scenes made by a program.
+    /// Checks every value but those of a clay file, which are checked when it is read: for scenes made by a
+    /// program.
     ///
     /// # Errors
     /// The first value that is out of its range, by name.

@@ -1,21 +1,24 @@
 //! Filling solids with particles on a jittered lattice.
 //!
-//! The lattice has one point per particle in the middle of a cube of edge `spacing`; it begins at the low corner of all solids, so that a box of
-//! whole cells gets whole cubes. A cube that a surface may pass through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside
-//! fraction of the cube's volume and stands at the middle of the samples inside. One factor, the same for all particles, then makes the sum of
-//! volumes that of the solids; overlapping solids count once.
+//! The lattice has one point per particle in the middle of a cube of edge `spacing`; it begins at the low
+//! corner of all solids, so that a box of whole cells gets whole cubes. A cube that a surface may pass
+//! through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside fraction of the cube's volume
+//! and stands at the middle of the samples inside. One factor, the same for all particles, then makes the sum
+//! of volumes that of the solids; overlapping solids count once.
 
 use super::solid::{MeshSolid, Solid};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Samples per edge of a cube that a surface may pass through. The volume of the bunny at 70,000 particles is then found within 0.1 % (a test).
+/// Samples per edge of a cube that a surface may pass through. The volume of the bunny at 70,000 particles is
+/// then found within 0.1 % (a test).
 pub const SUBSAMPLES: u32 = 3;
 /// Samples that make a whole cube.
 const WHOLE: u32 = SUBSAMPLES.pow(3);
 /// The mask of a whole cube, one bit per sample.
 const FULL: u32 = (1 << WHOLE) - 1;
-/// Fewest samples inside that make a particle, a ninth of a cube: smaller particles add cost and no shape. Their volume goes to the others.
+/// Fewest samples inside that make a particle, a ninth of a cube: smaller particles add cost and no shape.
+/// Their volume goes to the others.
 const SAMPLES_MIN: u32 = 3;
 
 /// How to fill.
@@ -23,7 +26,8 @@ const SAMPLES_MIN: u32 = 3;
 pub struct Fill {
     /// Distance of lattice points [m].
     pub spacing: f64,
-    /// Greatest displacement of a particle from its lattice point along each axis, over the spacing [-], in [0, 0.5).
+    /// Greatest displacement of a particle from its lattice point along each axis, over the spacing [-], in
+    /// [0, 0.5).
     pub jitter: f64,
     /// Seed of the displacements.
     pub seed: u64,
@@ -45,13 +49,15 @@ pub struct FillReport {
     pub particle_count: usize,
     /// Sum of their volumes [m^3]: that of the solids.
     pub volume: f64,
-    /// Volume of the sampled lattice over the solids' exact volume, less 1: the error before volumes are scaled. 0 where no solid has an exact volume.
+    /// Volume of the sampled lattice over the solids' exact volume, less 1: the error before volumes are
+    /// scaled. 0 where no solid has an exact volume.
     pub sampled_error: f64,
     /// Part of the sampled volume in cubes of less than a ninth, given to the other particles.
     pub dropped: f64,
     /// Particles that each solid has a part in.
     pub particles_per_solid: Vec<usize>,
-    /// Solids, by index, whose surface encloses some points twice or inside out: their volume is the sampled one.
+    /// Solids, by index, whose surface encloses some points twice or inside out: their volume is the sampled
+    /// one.
     pub self_overlapping: Vec<usize>,
 }
 
@@ -89,7 +95,8 @@ impl Lattice {
         center + DVec3::new(offset(bit % n), offset(bit / n % n), offset(bit / n / n))
     }
 
-    /// Which cubes a triangle of `solid` may pass through. Conservative: the cubes of the triangle's box that its plane meets.
+    /// Which cubes a triangle of `solid` may pass through. Conservative: the cubes of the triangle's box that
+    /// its plane meets.
     fn shell(&self, solid: &MeshSolid) -> Vec<bool> {
         let mut shell = vec![false; self.count.as_usizevec3().element_product()];
         let last = self.count - 1;
@@ -201,7 +208,8 @@ fn mixed(number: u64) -> u64 {
 }
 
 impl Fill {
-    /// Displacement of the particle at lattice point `index`, over the spacing: a function of seed and index alone.
+    /// Displacement of the particle at lattice point `index`, over the spacing: a function of seed and index
+    /// alone.
     fn displacement(&self, index: usize) -> DVec3 {
         let bits = [1, 2, 3].map(|axis| mixed(mixed(self.seed ^ axis << 62) ^ index as u64));
         let unit = bits.map(|b| (b >> 11) as f64 / (1u64 << 53) as f64);
@@ -242,7 +250,8 @@ impl Fill {
         inside.map(|bit| lattice.sample(center, bit)).sum::<DVec3>() / f64::from(mask.count_ones())
     }
 
-    /// Fills the union of `solids`. The points come in lattice order, x fastest, and do not depend on the number of threads.
+    /// Fills the union of `solids`. The points come in lattice order, x fastest, and do not depend on the
+    /// number of threads.
     pub fn fill(&self, solids: &[Solid]) -> (Vec<FilledPoint>, FillReport) {
         let lattice = Lattice::over(solids, self.spacing);
         let shell = |solid: &Solid| match solid {
@@ -258,7 +267,8 @@ impl Fill {
         let exact = |(i, volume): (usize, f64)| solids[i].volume().filter(|_| !all.overlaps[i]).unwrap_or(volume);
         let sampled_sum: f64 = volumes.clone().sum();
         let exact_sum: f64 = volumes.enumerate().map(exact).sum();
-        // Solids that overlap count once: the sampled union, corrected by what sampling got wrong of the solids one by one.
+        // Solids that overlap count once: the sampled union, corrected by what sampling got wrong of the
+        // solids one by one.
         let target = volume_of(all.samples) * if sampled_sum > 0.0 { exact_sum / sampled_sum } else { 1.0 };
         let kept: u64 = all.points.iter().map(|(_, samples)| u64::from(*samples)).sum();
         let factor = if kept > 0 { target / volume_of(kept) } else { 1.0 };

@@ -1,7 +1,8 @@
 //! Scene files, mesh files in and out, clay filled from meshes.
 //!
-//! A scene is a RON file. [`Scene::load`](file::Scene::load) reads it, [`Scene::build`](file::Scene::build) makes the engine's snapshot of it and
-//! says what tools do in each frame. Data flows through the files in this order:
+//! A scene is a RON file. [`Scene::load`](file::Scene::load) reads it, [`Scene::build`](file::Scene::build)
+//! makes the engine's snapshot of it and says what tools do in each frame. Data flows through the files in
+//! this order:
 //!
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|

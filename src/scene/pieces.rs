@@ -1,7 +1,8 @@
 //! The pieces that clay is in: bodies that nothing holds together any more.
 //!
-//! Particles hold together where they move in one field of a node, as in the substep: at nodes that no cut divides all clay of the cells about them, at others the clay on
-//! one side. A cut that ends inside the clay leaves one piece, one that passes through it two.
+//! Particles hold together where they move in one field of a node, as in the substep: at nodes that no cut
+//! divides all clay of the cells about them, at others the clay on one side. A cut that ends inside the clay
+//! leaves one piece, one that passes through it two.
 
 use crate::sim::cut::CutKey;
 use crate::sim::snapshot::{Particle, Snapshot};
@@ -110,7 +111,8 @@ fn add(classes: &mut ClassMasses, key: CutKey, mass: f64) {
     }
 }
 
-/// Names the field in which the clay of `key` moves at a node: the divisions that it is beyond, as in the substep (`m_F + m_B > m / 2`), a bit for each sheet.
+/// Names the field in which the clay of `key` moves at a node: the divisions that it is beyond, as in the
+/// substep (`m_F + m_B > m / 2`), a bit for each sheet.
 fn field_of(key: CutKey, classes: &ClassMasses) -> u64 {
     let all: f64 = classes.iter().map(|class| class.1).sum();
     let mut sheets: Vec<u8> = classes.iter().flat_map(|class| class.0.sides()).map(|side| side.0).collect();
@@ -132,7 +134,8 @@ mod tests {
     use crate::sim::params::{Domain, WALL_NODE, Walls};
     use crate::sim::snapshot::Tag;
 
-    /// A cube of 8 cells, cut by planes: sheet, a point of the plane [cells from the cube's middle], normal, how deep from the top it reaches [cells].
+    /// A cube of 8 cells, cut by planes: sheet, a point of the plane [cells from the cube's middle], normal,
+    /// how deep from the top it reaches [cells].
     fn cube(cuts: &[(u8, DVec3, DVec3, f64)]) -> Snapshot {
         let domain = Domain::new(DVec3::ZERO, DVec3::splat(0.16), 0.01, Walls::default()).expect("domain");
         let middle = DVec3::splat(8.0 + f64::from(WALL_NODE));

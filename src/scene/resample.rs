@@ -1,8 +1,10 @@
 //! The same clay on another grid: the shape is kept, the particles are new.
 //!
-//! The surface of the old particles is filled anew at the spacing of the new grid. A new particle has velocity, strain, hardening and structure of the
-//! nearest old one, so clay in equilibrium stays in it; the sum of rest volumes, and so the mass, is the old one. Beside a cut it takes the side
-//! that most of the old particles of the same sheet around it are on, so that the two sides part where they did. Edges lose up to a cell of the coarser grid.
+//! The surface of the old particles is filled anew at the spacing of the new grid. A new particle has
+//! velocity, strain, hardening and structure of the nearest old one, so clay in equilibrium stays in it; the
+//! sum of rest volumes, and so the mass, is the old one. Beside a cut it takes the side that most of the old
+//! particles of the same sheet around it are on, so that the two sides part where they did. Edges lose up to
+//! a cell of the coarser grid.
 
 use super::build::{Cost, memory_limit};
 use super::fill::Fill;
@@ -23,15 +25,18 @@ use std::sync::Arc;
 const PARTICLES_MIN: f64 = 8.0;
 /// Displacement of the new particles over their spacing, that of scenes.
 const JITTER: f64 = 0.25;
-/// Reach of the vote on a particle's side [old cells]: two particle spacings, past the jitter that blurs the cut.
+/// Reach of the vote on a particle's side [old cells]: two particle spacings, past the jitter that blurs the
+/// cut.
 const VOTE_REACH: f64 = 1.0;
 /// Free cells kept above the clay where the room loses a part of a block.
 const HEADROOM: f64 = 2.0;
 
-/// The clay of `snapshot` on a grid of `cell_width` [m], in the same room, rounded to whole blocks at its high walls.
+/// The clay of `snapshot` on a grid of `cell_width` [m], in the same room, rounded to whole blocks at its
+/// high walls.
 ///
 /// # Errors
-/// Clay without particles; a cell width that is not a positive length, gives more cells or particles than there is room for, or leaves no particle of the clay.
+/// Clay without particles; a cell width that is not a positive length, gives more cells or particles than
+/// there is room for, or leaves no particle of the clay.
 pub fn resample(snapshot: &Snapshot, cell_width: f64) -> Result<Snapshot, ParamsError> {
     resample_within(snapshot, cell_width, memory_limit())
 }
@@ -93,8 +98,8 @@ pub fn surface_source(domain: &Domain, particles: &[Particle]) -> SurfaceSource 
     SurfaceSource { domain: *domain, particles: Arc::new(particles.iter().map(point).collect()) }
 }
 
-/// The old room on the new grid: its high walls stand at the nearest whole block, or farther where clay would be in the way. (Rounded up each time, a
-/// room would grow with each change of the grid.)
+/// The old room on the new grid: its high walls stand at the nearest whole block, or farther where clay would
+/// be in the way. (Rounded up each time, a room would grow with each change of the grid.)
 fn room(old: &Domain, particles: &[Particle], cell_width: f64) -> Result<Domain, ParamsError> {
     let (low, high) = old.corners();
     let domain = Domain::new(low, high, cell_width, old.walls)?;
@@ -105,7 +110,8 @@ fn room(old: &Domain, particles: &[Particle], cell_width: f64) -> Result<Domain,
     Ok(Domain { cells: blocks.as_ivec3() * BLOCK, ..domain })
 }
 
-/// Particles along a cell's edge, from the volume of a particle in the middle of the order of volumes: those at the surface are smaller.
+/// Particles along a cell's edge, from the volume of a particle in the middle of the order of volumes: those
+/// at the surface are smaller.
 fn particles_per_edge(particles: &[Particle], cell_width: f64) -> u32 {
     let mut volumes: Vec<f32> = particles.iter().map(|p| p.rest_volume).collect();
     let middle = volumes.len() / 2;
@@ -172,7 +178,8 @@ impl<'a> Neighbours<'a> {
         let mut radius = 1;
         loop {
             let nearest = self.around(at, radius).min_by(|a, b| a.0.total_cmp(&b.0));
-            // A cube of cells holds every particle that is nearer than its radius. Filled points are within the surface, a cell or two from a particle.
+            // A cube of cells holds every particle that is nearer than its radius. Filled points are within
+            // the surface, a cell or two from a particle.
             match nearest {
                 Some((distance, particle)) if distance <= f64::from(radius) => return particle,
                 _ if radius > CELLS_MAX => return &self.particles[0],

@@ -34,7 +34,8 @@ pub enum Solid {
     Mesh(Box<MeshSolid>),
 }
 
-/// The inside of a mesh: where the size of its winding number exceeds 1/2, so that a mesh turned inside out has the same inside.
+/// The inside of a mesh: where the size of its winding number exceeds 1/2, so that a mesh turned inside out
+/// has the same inside.
 #[derive(Clone, Debug)]
 pub struct MeshSolid {
     /// The mesh in the world [m].
@@ -86,7 +87,8 @@ impl Solid {
         }
     }
 
-    /// Thickness [m]: the least extent, or of a mesh twice volume over area where that is less (the thickness of a sheet).
+    /// Thickness [m]: the least extent, or of a mesh twice volume over area where that is less (the thickness
+    /// of a sheet).
     pub fn thickness(&self) -> f64 {
         let (low, high) = self.bounds();
         let extent = (high - low).min_element();
@@ -104,7 +106,8 @@ impl Solid {
         }
     }
 
-    /// Depth [m] of `point` below the surface, negative outside, its size never more than the distance to the surface. Of a mesh, 0: unknown.
+    /// Depth [m] of `point` below the surface, negative outside, its size never more than the distance to the
+    /// surface. Of a mesh, 0: unknown.
     pub fn depth(&self, point: DVec3) -> f64 {
         match self {
             Self::Box { low, high } => (point - *low).min(*high - point).min_element(),
@@ -172,7 +175,8 @@ pub(super) mod tests {
         assert!(solid.volume().is_some_and(|v| v > 0.0));
     }
 
-    /// Depth never says more than the distance to the surface: stepping by less than it stays on the same side.
+    /// Depth never says more than the distance to the surface: stepping by less than it stays on the same
+    /// side.
     #[test]
     fn depth_bounds_the_distance_to_the_surface() {
         let (low, high) = (DVec3::new(-1.0, -0.5, -0.7), DVec3::new(0.4, 0.5, 0.9));

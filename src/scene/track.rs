@@ -65,7 +65,8 @@ impl Keyframe {
     }
 }
 
-/// A tool and its way through the scene. It exists from its first keyframe to its last; with one keyframe, from that time on.
+/// A tool and its way through the scene. It exists from its first keyframe to its last; with one keyframe,
+/// from that time on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolTrack {
@@ -122,8 +123,9 @@ impl ToolTrack {
         self.whole(1).speed_max()
     }
 
-    /// The path as `id` through the frame from `start` to `end` [s], its times from `start` on; none in frames without the tool. Samples stand at the
-    /// frame's ends and at the keyframes within, which is exact: engines interpolate as keyframes do.
+    /// The path as `id` through the frame from `start` to `end` [s], its times from `start` on; none in
+    /// frames without the tool. Samples stand at the frame's ends and at the keyframes within, which is
+    /// exact: engines interpolate as keyframes do.
     pub fn path(&self, id: u32, start: f64, end: f64) -> Option<ToolPath> {
         let (first, last) = (self.keyframes.first()?.time, self.keyframes.last()?.time);
         let last = if self.keyframes.len() == 1 { f64::INFINITY } else { last };

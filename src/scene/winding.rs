@@ -1,17 +1,19 @@
 //! Generalized winding number: how many times a mesh encloses a point, for meshes with holes as well.
 //!
-//! `w(q)` is the sum over triangles of the solid angle seen from `q`, over 4 pi: 1 inside a closed mesh, 0 outside, and in between near a hole.
-//! Near triangles count exactly (van Oosterom and Strackee 1983); a far group of triangles counts as one dipole (Barill et al. 2018).
+//! `w(q)` is the sum over triangles of the solid angle seen from `q`, over 4 pi: 1 inside a closed mesh, 0
+//! outside, and in between near a hole. Near triangles count exactly (van Oosterom and Strackee 1983); a far
+//! group of triangles counts as one dipole (Barill et al. 2018).
 
 use super::import::ImportedMesh;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// A group is far where the point is farther than this times the group's radius. On the bunny (a test) the greatest error of w against
-/// the exact sum is 0.056: what is to be told apart are 0 and 1.
+/// A group is far where the point is farther than this times the group's radius. On the bunny (a test) the
+/// greatest error of w against the exact sum is 0.056: what is to be told apart are 0 and 1.
 const FAR: f64 = 2.0;
-/// Most triangles of a leaf: one, so that all but the nearest few count as dipoles, a tenth of the cost of an exact solid angle.
+/// Most triangles of a leaf: one, so that all but the nearest few count as dipoles, a tenth of the cost of an
+/// exact solid angle.
 const LEAF: usize = 1;
 
 /// A group of triangles, seen from afar.

@@ -1,8 +1,8 @@
 //! The seam: plans go in, reports come out, nothing blocks.
 //!
-//! A plan is data, so a run can be recorded and replayed bit for bit. An engine runs plans in the order given; `poll` hands back one
-//! report per plan. What a frame hands out beside its report stands in its plan ([`FrameOutputs`](super::frame::FrameOutputs)); nothing else is
-//! copied back from a device.
+//! A plan is data, so a run can be recorded and replayed bit for bit. An engine runs plans in the order
+//! given; `poll` hands back one report per plan. What a frame hands out beside its report stands in its plan
+//! ([`FrameOutputs`](super::frame::FrameOutputs)); nothing else is copied back from a device.
 
 use super::frame::{FramePlan, FrameReport, SurfaceSource};
 use super::params::ParamsError;
@@ -36,7 +36,8 @@ pub enum EngineError {
     Stopped(String),
 }
 
-/// A state that was asked for by [`Engine::request_state`]: look for it now and then with [`Self::take`], or await it on another thread.
+/// A state that was asked for by [`Engine::request_state`]: look for it now and then with [`Self::take`], or
+/// await it on another thread.
 #[derive(Debug)]
 pub struct StateTicket(oneshot::Receiver<Deferred<Snapshot>>);
 
@@ -92,8 +93,9 @@ pub trait Engine: Send {
     /// A domain or material that cannot be used, or more memory than there is.
     fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError>;
 
-    /// Queues a frame. At most two frames are under way: the plan of frame n is made from the report of frame n - 2. A frame queued before the
-    /// report of a frame that was given up has been handed out is given up with it: it was planned for a state that never came.
+    /// Queues a frame. At most two frames are under way: the plan of frame n is made from the report of frame
+    /// n - 2. A frame queued before the report of a frame that was given up has been handed out is given up
+    /// with it: it was planned for a state that never came.
     ///
     /// # Errors
     /// A plan that cannot be run, two frames under way, or nothing loaded.
@@ -105,18 +107,19 @@ pub trait Engine: Send {
     /// The engine stopped.
     fn poll(&mut self) -> Result<Option<FrameReport>, EngineError>;
 
-    /// The surface particles at the end of the last reported frame that hands them out, or as loaded. Making the source takes time: any
-    /// thread may.
+    /// The surface particles at the end of the last reported frame that hands them out, or as loaded. Making
+    /// the source takes time: any thread may.
     fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>>;
 
-    /// The whole state at the end of the last reported frame that hands it out, or as loaded; [`Self::request_state`] asks for a newer one.
+    /// The whole state at the end of the last reported frame that hands it out, or as loaded;
+    /// [`Self::request_state`] asks for a newer one.
     ///
     /// # Errors
     /// Nothing is loaded.
     fn state_deferred(&self) -> Result<Deferred<Snapshot>, EngineError>;
 
-    /// Asks for the state, without a frame where none is under way (a pause, rest, an export). It is that at the end of the last reported
-    /// frame or of one that is under way now, and there within the next polls.
+    /// Asks for the state, without a frame where none is under way (a pause, rest, an export). It is that at
+    /// the end of the last reported frame or of one that is under way now, and there within the next polls.
     ///
     /// # Errors
     /// Nothing is loaded.

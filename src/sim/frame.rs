@@ -30,7 +30,8 @@ pub struct FramePlan {
     pub gravity: DVec3,
     /// The tools and their ways through the frame.
     pub tools: Vec<ToolPath>,
-    /// Anti-locking [-] in [0, 1): the share per substep by which the ln J of flowing particles relaxes to their cell's mean; 0 is plain MPM.
+    /// Anti-locking [-] in [0, 1): the share per substep by which the ln J of flowing particles relaxes to
+    /// their cell's mean; 0 is plain MPM.
     #[serde(default)]
     pub volume_averaging: f64,
     /// How tools act on the clay: other methods than the first are there to be compared with it.
@@ -53,7 +54,8 @@ pub struct FramePlan {
 pub enum Integrator {
     /// Symplectic Euler, stable below [`ClayMaterial::time_step_limit`].
     Explicit {
-        /// Inertial density over the material's density [-]: 1, or more while a tool engages supported clay. Weight is not scaled.
+        /// Inertial density over the material's density [-]: 1, or more while a tool engages supported clay.
+        /// Weight is not scaled.
         density_scale: f64,
     },
 }
@@ -64,7 +66,8 @@ impl Default for Integrator {
     }
 }
 
-/// What a frame hands out at its end beside its report. What is not asked for is not copied back from a device.
+/// What a frame hands out at its end beside its report. What is not asked for is not copied back from a
+/// device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameOutputs {
     /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
@@ -87,11 +90,13 @@ impl Default for FrameOutputs {
     }
 }
 
-/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs about a substep.
+/// Substeps between two averagings of volume: it needs the particles sorted by cell, which costs about a
+/// substep.
 pub const AVERAGING_INTERVAL: u32 = 8;
 
 impl FramePlan {
-    /// A frame of `steps` substeps of `dt` [s] of clay made of `material`, explicit with its own inertia: no tools, no gravity, no averaging.
+    /// A frame of `steps` substeps of `dt` [s] of clay made of `material`, explicit with its own inertia: no
+    /// tools, no gravity, no averaging.
     pub fn new(material: ClayMaterial, dt: f64, steps: u32) -> Self {
         Self {
             id: 0,
@@ -125,8 +130,9 @@ impl FramePlan {
         self.material.density * self.density_scale()
     }
 
-    /// Share [-] of its difference to the mean that a flowing particle's ln J loses before substep `step` of `steps`: what
-    /// [`Self::volume_averaging`] in each substep up to the next averaging amounts to, or 0 where none is due.
+    /// Share [-] of its difference to the mean that a flowing particle's ln J loses before substep `step` of
+    /// `steps`: what [`Self::volume_averaging`] in each substep up to the next averaging amounts to, or 0
+    /// where none is due.
     pub(super) fn averaging_share(&self, step: u32, steps: u32) -> f64 {
         let is_due = step.is_multiple_of(AVERAGING_INTERVAL) && self.material.yield_stress.is_finite();
         if !is_due || self.material.law.is_as_published() {
@@ -227,7 +233,8 @@ pub struct ToolReport {
     pub contacts: u64,
     /// Particles that took a side of the blade.
     pub tagged: u64,
-    /// Those among them that stood at two other cuts already and gave up the older one: there that cut has grown together.
+    /// Those among them that stood at two other cuts already and gave up the older one: there that cut has
+    /// grown together.
     #[serde(default)]
     pub displaced: u64,
     /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
@@ -337,19 +344,21 @@ impl FrameReport {
         self.dt * f64::from(self.steps)
     }
 
-    /// Whether a tool engaged supported clay: it touched clay while a wall held clay up. Only then may inertia be scaled in a later frame; a body that
-    /// flies or falls keeps its own.
+    /// Whether a tool engaged supported clay: it touched clay while a wall held clay up. Only then may
+    /// inertia be scaled in a later frame; a body that flies or falls keeps its own.
     pub fn is_engaged(&self) -> bool {
         self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO
     }
 
-    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did not run.
+    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did
+    /// not run.
     pub fn speed(&self, cell_width: f64) -> f64 {
         if self.dt > 0.0 { self.speed_max * cell_width / self.dt } else { 0.0 }
     }
 
-    /// Kinetic over elastic energy [-]: the check on inertia scaling, which counts as harmless up to 1 or 2 % of the internal energy. The energy
-    /// that flow has dissipated is internal too and not counted, so this is on the safe side. 0 for clay without strain that does not move.
+    /// Kinetic over elastic energy [-]: the check on inertia scaling, which counts as harmless up to 1 or 2 %
+    /// of the internal energy. The energy that flow has dissipated is internal too and not counted, so this
+    /// is on the safe side. 0 for clay without strain that does not move.
     pub fn kinetic_ratio(&self) -> f64 {
         let Energies { kinetic, elastic } = self.energies;
         if kinetic > 0.0 { kinetic / elastic } else { 0.0 }
@@ -360,7 +369,8 @@ impl FrameReport {
         if self.timings.total > 0.0 { self.duration() / self.timings.total } else { 0.0 }
     }
 
-    /// |clay momentum change + tool and wall impulses| over (sum of |impulses| + sum of m |v|): Newton's third law, kept to rounding.
+    /// Newton's third law, kept to rounding: |clay momentum change + tool and wall impulses| over (sum of
+    /// |impulses| + sum of m |v|).
     pub fn balance_error(&self) -> f64 {
         let on_tools: DVec3 = self.tools.iter().map(|t| t.impulse).sum();
         let change = self.momentum - self.momentum_before;

@@ -34,9 +34,9 @@
 //! # Files
 //!
 //! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it,
-//! [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method, [`planner`] decides what a
-//! frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the
-//! readable f64 judge of both.
+//! [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method, [`planner`] decides what
+//! a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`]
+//! the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 #![deny(
     clippy::wildcard_enum_match_arm,

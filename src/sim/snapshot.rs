@@ -1,4 +1,5 @@
-//! The state of the clay, whole: what an engine loads and saves, and a file of it (version 2; version 1, which knew less of the material, is read too).
+//! The state of the clay, whole: what an engine loads and saves, and a file of it (version 2; version 1,
+//! which knew less of the material, is read too).
 
 use super::material::{ClayLaw, ClayMaterial, Weld};
 use super::params::{Domain, Wall, Walls};
@@ -11,7 +12,8 @@ use glam::{DVec3, IVec3};
 pub struct Tag {
     /// The sheet's id; 0 with side 0 is no cut.
     pub sheet: u8,
-    /// Positive in front, negative behind, 0 none. Its magnitude counts from 1 how far the two sides have grown together.
+    /// Positive in front, negative behind, 0 none. Its magnitude counts from 1 how far the two sides have
+    /// grown together.
     pub side: i8,
 }
 

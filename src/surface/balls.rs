@@ -4,8 +4,9 @@ use super::grains::Grain;
 use super::mesh::Mesh;
 use glam::Vec3;
 
-/// Grains that are drawn as icosahedra, at most; more are drawn as octahedra. So 10,000 grains cost 200,000 triangles, six times those of the body
-/// of 100,000 particles that they may have come from, and every further one 8. A particle of 8 per cell has a radius of 0.31 cells, a few pixels.
+/// Grains that are drawn as icosahedra, at most; more are drawn as octahedra. So 10,000 grains cost 200,000
+/// triangles, six times those of the body of 100,000 particles that they may have come from, and every
+/// further one 8. A particle of 8 per cell has a radius of 0.31 cells, a few pixels.
 pub(crate) const ROUND_MAX: usize = 10_000;
 
 /// The polyhedron.
@@ -23,8 +24,8 @@ impl Ball {
         if count <= ROUND_MAX { Self::Icosahedron } else { Self::Octahedron }
     }
 
-    /// Distance of the vertices from the centre, over the radius of a ball of the same volume: (4 pi / 3 / V)^(1/3) with V the polyhedron's volume for
-    /// vertices at 1, which is 2.5362 and 4/3.
+    /// Distance of the vertices from the centre, over the radius of a ball of the same volume: (4 pi / 3 /
+    /// V)^(1/3) with V the polyhedron's volume for vertices at 1, which is 2.5362 and 4/3.
     pub(crate) fn scale(self) -> f32 {
         match self {
             Self::Icosahedron => 1.182_055_4,
@@ -40,7 +41,8 @@ impl Ball {
         }
     }
 
-    /// Where a vertex is seen from the centre: of unit length, also the normal there. The icosahedron's are the rotations of (0, +-1, +-phi).
+    /// Where a vertex is seen from the centre: of unit length, also the normal there. The icosahedron's are
+    /// the rotations of (0, +-1, +-phi).
     pub(crate) fn direction(self, vertex: usize) -> Vec3 {
         let sign = |bit: usize| if vertex >> bit & 1 == 0 { 1.0 } else { -1.0 };
         let mut direction = Vec3::ZERO;
@@ -62,7 +64,8 @@ impl Ball {
     pub(crate) fn triangles(self) -> Vec<[u32; 3]> {
         let count = self.counts().0;
         let at: Vec<Vec3> = (0..count).map(|v| self.direction(v)).collect();
-        // Neighbours of the icosahedron are 63 degrees apart, of the octahedron 90; the next vertices 117 and 180.
+        // Neighbours of the icosahedron are 63 degrees apart, of the octahedron 90; the next vertices 117
+        // and 180.
         let are_near = |a: usize, b: usize| at[a].dot(at[b]) > -0.2;
         let mut triangles = Vec::with_capacity(self.counts().1);
         for a in 0..count {

@@ -1,12 +1,14 @@
-//! Closes the gaps between two cells that see the bodies on their common face differently: at a crack front, where untouched clay joins in
-//! one of them what a cut parts in the other.
+//! Closes the gaps between two cells that see the bodies on their common face differently: at a crack front,
+//! where untouched clay joins in one of them what a cut parts in the other.
 //!
-//! Round the face, the inside corners come in runs between outside corners and split edges; cells differ only within runs, and within
-//! them all vertices are shared ones. A cell's contour passes a run from its first edge, by every inner edge whose ends are of different
-//! bodies there, to its last. So the contours of the two cells meet again at every edge that both pass, and differ between such
-//! edges by polygons of three or four vertices: each is a cap of one or two triangles.
+//! Round the face, the inside corners come in runs between outside corners and split edges; cells differ only
+//! within runs, and within them all vertices are shared ones. A cell's contour passes a run from its first
+//! edge, by every inner edge whose ends are of different bodies there, to its last. So the contours of the
+//! two cells meet again at every edge that both pass, and differ between such edges by polygons of three or
+//! four vertices: each is a cap of one or two triangles.
 
-/// One cap: triangles as numbers of the face's edges (edge `i` joins corners `i` and `i + 1`), each with the corner whose body it keeps.
+/// One cap: triangles as numbers of the face's edges (edge `i` joins corners `i` and `i + 1`), each with the
+/// corner whose body it keeps.
 pub(crate) type CapVertex = (u8, u8);
 
 /// What is known of a face, corners in their order round it as the cell that asks sees it from outside.
@@ -98,8 +100,8 @@ impl FaceView {
     }
 }
 
-/// Fans over what each path has beside its chord: this cell's contour runs along its path, so its cap runs back; the other's the
-/// other way about.
+/// Fans over what each path has beside its chord: this cell's contour runs along its path, so its cap runs
+/// back; the other's the other way about.
 fn fill(paths: &[Vec<CapVertex>; 2], out: &mut Vec<[CapVertex; 3]>) {
     for k in 2..paths[0].len() {
         out.push([paths[0][0], paths[0][k], paths[0][k - 1]]);

@@ -1,4 +1,5 @@
-//! Some cells with their surroundings, a block's or one alone: who owns the nodes, which sheets end where, what is on the edges.
+//! Some cells with their surroundings, a block's or one alone: who owns the nodes, which sheets end where,
+//! what is on the edges.
 
 use super::field::{Field, SheetField};
 use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
@@ -7,7 +8,8 @@ use glam::{DVec3, IVec3};
 
 /// First node of a tile, relative to its first cell.
 const FIRST: i32 = -1;
-/// Crossings stay this far from the nodes, in parts of the edge: no triangle degenerates where a node's value is the threshold.
+/// Crossings stay this far from the nodes, in parts of the edge: no triangle degenerates where a node's value
+/// is the threshold.
 pub(crate) const CROSSING_MIN: f64 = 1e-3;
 /// Vertices that an edge can carry: shared, keeping its low end, keeping its high end.
 pub(crate) const VARIANTS: usize = 3;
@@ -26,8 +28,8 @@ pub(crate) type BlockTile = CellTile<{ BLOCK as usize + 3 }>;
 /// The tile of one cell.
 pub(crate) type OneCellTile = CellTile<4>;
 
-/// Node values around cells and what follows from them, `NODES` along each edge: a block's cells need 9 nodes; what ends at an edge, and slopes, need one more
-/// on every side.
+/// Node values around cells and what follows from them, `NODES` along each edge: a block's cells need 9
+/// nodes; what ends at an edge, and slopes, need one more on every side.
 pub(crate) struct CellTile<const NODES: usize> {
     rules: Rules,
     iso: f32,
@@ -67,7 +69,8 @@ impl<const NODES: usize> CellTile<NODES> {
         }
     }
 
-    /// Fills the tile for the cells from `low` of a block, and those of the sheets that are near it; `false` if no surface can pass through its cells.
+    /// Fills the tile for the cells from `low` of a block, and those of the sheets that are near it; `false`
+    /// if no surface can pass through its cells.
     pub(crate) fn load<'a>(
         &mut self,
         field: &Field,
@@ -236,9 +239,10 @@ impl<const NODES: usize> CellTile<NODES> {
     /// Position of a vertex on an edge, in parts of the edge from its low node.
     ///
     /// - Ends of one side, or no lip there: where the own value is the threshold.
-    /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean of several. They coincide, until
-    ///   the clay opens by more than the edge.
-    /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the nearest to the kept end.
+    /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean
+    ///   of several. They coincide, until the clay opens by more than the edge.
+    /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the
+    ///   nearest to the kept end.
     pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
         let high = low + Self::STEPS[axis];
         let t = if self.is_plain() {
@@ -293,10 +297,12 @@ impl<const NODES: usize> CellTile<NODES> {
         if a > self.iso && b <= self.iso { nearest.min(self.crossing_of(a, b)) } else { nearest }
     }
 
-    /// Outward normal of a vertex, not normalised: minus the slope of the field that the kept end sees, at the vertex.
+    /// Outward normal of a vertex, not normalised: minus the slope of the field that the kept end sees, at
+    /// the vertex.
     ///
-    /// The slope at a node is the central difference, with (1 2 1)/4 across: wider than the field itself needs, for the sake of
-    /// shading, which shows the particles' disorder long before the surface's place does.
+    /// The slope at a node is the central difference, with (1 2 1)/4 across: wider than the field itself
+    /// needs, for the sake of shading, which shows the particles' disorder long before the surface's place
+    /// does.
     pub(crate) fn normal(&self, low: usize, axis: usize, variant: usize, t: f64) -> glam::Vec3 {
         let high = low + Self::STEPS[axis];
         let label = if self.is_plain() {

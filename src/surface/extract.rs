@@ -1,8 +1,9 @@
 //! Two-sided marching cubes: fields to a closed mesh in which every cut has two lips.
 //!
-//! The rules stand in [`super::labels`]: which cuts own a node, which bodies a cell has, which vertices an edge. This is the virtual-node
-//! idea (Molino et al. 2004) on a grid, for any number of cuts, with one case table and no rule beside it. Blocks are meshed in
-//! parallel; vertices on their common faces are then merged by the number of their edge, so the mesh is the same for any number of threads.
+//! The rules stand in [`super::labels`]: which cuts own a node, which bodies a cell has, which vertices an
+//! edge. This is the virtual-node idea (Molino et al. 2004) on a grid, for any number of cuts, with one case
+//! table and no rule beside it. Blocks are meshed in parallel; vertices on their common faces are then merged
+//! by the number of their edge, so the mesh is the same for any number of threads.
 
 use super::caps::FaceView;
 use super::cells::{BlockTile, CellTile, VARIANTS, position, sheets_near};
@@ -17,8 +18,9 @@ use rayon::prelude::*;
 
 /// The surface of the clay: closed and oriented, with two lips at each cut.
 ///
-/// Lips of a cut coincide until the clay opens; [`separate`](super::stitch::separate) makes a manifold of it for export. Memory is at
-/// most 6 KiB per block of 8^3 nodes near a particle, and twice as much again for each cut that passes it.
+/// Lips of a cut coincide until the clay opens; [`separate`](super::stitch::separate) makes a manifold of it
+/// for export. Memory is at most 6 KiB per block of 8^3 nodes near a particle, and twice as much again for
+/// each cut that passes it.
 pub fn extract(source: &SurfaceSource, settings: &SurfaceSettings) -> Mesh {
     let field = Field::of_particles(source, settings);
     extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals)
@@ -54,7 +56,8 @@ struct BlockMesh {
     positions: Vec<[f32; 3]>,
     /// Outward unit normals, if asked for.
     normals: Vec<[f32; 3]>,
-    /// Vertices that other blocks may have too: number of the edge and variant, the same in every block, and index.
+    /// Vertices that other blocks may have too: number of the edge and variant, the same in every block, and
+    /// index.
     shared: Vec<(u64, u16)>,
     /// Indices into `positions`.
     triangles: Vec<[u16; 3]>,
@@ -67,7 +70,8 @@ struct Block<'a> {
     field: &'a Field,
     block: IVec3,
     tile: &'a BlockTile,
-    /// Vertex of each edge and variant of the tile, or `u16::MAX`. A block has 3 * 9^3 edges with 3 vertices each at most: far below 2^16.
+    /// Vertex of each edge and variant of the tile, or `u16::MAX`. A block has 3 * 9^3 edges with 3 vertices
+    /// each at most: far below 2^16.
     places: &'a mut [u16],
     normals: bool,
     mesh: &'a mut BlockMesh,

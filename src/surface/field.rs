@@ -1,15 +1,19 @@
-//! Particles to fields: how much clay is around each node of the visual grid, in all and on each side of a cut.
+//! Particles to fields: how much clay is around each node of the visual grid, in all and on each side of a
+//! cut.
 //!
-//! Equation 9 with volumes: `f_i = sum_p w_p B(x_i - x_p)` with B the quadratic B-spline of one cell, `w_p` the particle's present
-//! volume in cells, so that `f` = 1 inside clay and 1/2 on its surface. P and M of a cut are the same sums over the particles in front of
-//! and behind it alone; a particle counts at both of its cuts.
+//! Equation 9 with volumes: `f_i = sum_p w_p B(x_i - x_p)` with B the quadratic B-spline of one cell, `w_p`
+//! the particle's present volume in cells, so that `f` = 1 inside clay and 1/2 on its surface. P and M of a
+//! cut are the same sums over the particles in front of and behind it alone; a particle counts at both of its
+//! cuts.
 //!
-//! Particles that stand free weigh more: `w_p *= max(1, 0.65 / rho_p)^a` with `rho_p = sum_i f_i B(x_i - x_p)` on the cell grid. A flat
-//! surface keeps its place, and small clusters keep their volume instead of vanishing.
+//! Particles that stand free weigh more: `w_p *= max(1, 0.65 / rho_p)^a` with
+//! `rho_p = sum_i f_i B(x_i - x_p)` on the cell grid. A flat surface keeps its place, and small clusters keep
+//! their volume instead of vanishing.
 //!
-//! On the fine grid (half a cell) B is not sampled directly, 216 nodes per particle: a quadratic B-spline is the sum of four of half
-//! its width, (1 3 3 1)/4 per axis, so particles scatter to 27 nodes of the half-cell lattice between the grid's nodes, and one
-//! separable filter per block then does the refinement and the blur together, exactly.
+//! On the fine grid (half a cell) B is not sampled directly, 216 nodes per particle: a quadratic B-spline is
+//! the sum of four of half its width, (1 3 3 1)/4 per axis, so particles scatter to 27 nodes of the half-cell
+//! lattice between the grid's nodes, and one separable filter per block then does the refinement and the blur
+//! together, exactly.
 
 use super::grains::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
@@ -57,7 +61,8 @@ impl SurfaceSettings {
         Self { tier, iso_threshold: 0.5, density_exponent, blur_passes, normals: true, method: CutMethod::TwoSided }
     }
 
-    /// Equation 9 as published, for comparison: the cell grid, no weights by density, no blur, one value per node.
+    /// Equation 9 as published, for comparison: the cell grid, no weights by density, no blur, one value per
+    /// node.
     pub fn equation_9() -> Self {
         Self { density_exponent: 0.0, blur_passes: 0, method: CutMethod::Equation9, ..Self::new(Tier::Coarse) }
     }
@@ -73,8 +78,8 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// Nodes before and behind the first one of a particle's stencil that are stored: visual node i reads raw nodes i + first ..= i + last,
-    /// and cells need one node more below.
+    /// Nodes before and behind the first one of a particle's stencil that are stored: visual node i reads raw
+    /// nodes i + first ..= i + last, and cells need one node more below.
     pub(crate) fn reach(&self) -> (i32, i32) {
         (self.filter.last() + 1, 2 - self.filter.first)
     }
@@ -96,10 +101,12 @@ impl Default for SurfaceSettings {
     }
 }
 
-/// Most blur passes: with them the filter of the fine grid reaches 4 nodes, and a tile of a block must stay within its neighbours.
+/// Most blur passes: with them the filter of the fine grid reaches 4 nodes, and a tile of a block must stay
+/// within its neighbours.
 const BLUR_PASSES_MAX: u32 = 2;
-/// Density below which weights grow: about that of the outermost particles of a flat surface. Measured at 8 particles per cell with two
-/// blurs: 0.62 makes a sphere of 10 cells 0.6 % too small, 0.65 0.1-0.2 % too small, 0.70 0.7-0.8 % too large.
+/// Density below which weights grow: about that of the outermost particles of a flat surface. Measured at 8
+/// particles per cell with two blurs: 0.62 makes a sphere of 10 cells 0.6 % too small, 0.65 0.1-0.2 % too
+/// small, 0.70 0.7-0.8 % too large.
 pub(crate) const SURFACE_DENSITY: f32 = 0.65;
 /// Density from which on a particle is within the surface, whatever the threshold.
 pub(crate) const BULK_DENSITY: f32 = 0.95;
@@ -109,7 +116,8 @@ pub(crate) const DENSITY_MIN: f32 = 0.02;
 /// Farther from node 0 than any node [node spacings].
 const FAR: f64 = 1e9;
 
-/// Change of a value, in those of the inside, that is not seen: the surface of clay at rest stays as it is, bit by bit.
+/// Change of a value, in those of the inside, that is not seen: the surface of clay at rest stays as it is,
+/// bit by bit.
 pub(crate) const HYSTERESIS: f32 = 0.01;
 
 /// The fields on the visual grid: f in all, P and M of the two sides of each cut.
@@ -152,8 +160,8 @@ impl Field {
         Self::new(source, settings, false).0
     }
 
-    /// The fields without small clusters, and the particles that the surface does not show then, each with how far f is below
-    /// [`GRAIN_FIELD`] there [of that].
+    /// The fields without small clusters, and the particles that the surface does not show then, each with
+    /// how far f is below [`GRAIN_FIELD`] there [of that].
     pub(crate) fn without_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> (Self, Vec<(u32, f32)>) {
         Self::new(source, settings, true)
     }
@@ -161,7 +169,8 @@ impl Field {
     fn new(source: &SurfaceSource, settings: &SurfaceSettings, finds_grains: bool) -> (Self, Vec<(u32, f32)>) {
         let domain = &source.domain;
         let particles = &source.particles[..];
-        // Weights are checked here once: a particle that is not finite, or has left the grid, shows as missing, not as a broken mesh.
+        // Weights are checked here once: a particle that is not finite, or has left the grid, shows as
+        // missing, not as a broken mesh.
         let high = domain.grid_cells().as_vec3();
         let usable = |p: &SurfaceParticle| {
             let x = Vec3::from_array(p.position);
@@ -204,8 +213,8 @@ impl Field {
         (field, grains)
     }
 
-    /// Whether the surface of `earlier` still stands for this field's: the same blocks and cuts, and no value more than a hundredth of the inside's
-    /// away, which is a hundredth of a cell or so at the surface.
+    /// Whether the surface of `earlier` still stands for this field's: the same blocks and cuts, and no value
+    /// more than a hundredth of the inside's away, which is a hundredth of a cell or so at the surface.
     pub fn is_still(&self, earlier: &Self) -> bool {
         let is_same_room =
             (self.origin, self.spacing, self.sheets.len()) == (earlier.origin, earlier.spacing, earlier.sheets.len());
@@ -217,7 +226,8 @@ impl Field {
             && sheets().all(|(a, b)| a.sheet == b.sheet && is_still(&a.front, &b.front) && is_still(&a.back, &b.back))
     }
 
-    /// The greatest difference of a node's value to that of another field of the same lattice, in any of f, P and M.
+    /// The greatest difference of a node's value to that of another field of the same lattice, in any of f, P
+    /// and M.
     #[doc(hidden)]
     pub fn greatest_difference(&self, other: &Self) -> f32 {
         let blocks = self.grid.blocks().iter().chain(other.grid.blocks());
@@ -241,7 +251,8 @@ impl Field {
         greatest
     }
 
-    /// By how much the two sides of a cut are more than all clay, at the node where that is greatest: rounding, in any field of clay.
+    /// By how much the two sides of a cut are more than all clay, at the node where that is greatest:
+    /// rounding, in any field of clay.
     #[doc(hidden)]
     pub fn greatest_excess(&self) -> f32 {
         let nodes = |slot: usize, values: &NodeValues| values.block(slot).map_or_else(|| vec![0.0; BLOCK_NODES], <[f32]>::to_vec);
@@ -268,8 +279,8 @@ impl Field {
             .sum()
     }
 
-    /// Fields given on the nodes of an array of shape `extent`, x fastest, node spacing 1 m; 0 beyond it. `sides` are P and M of the sheets
-    /// 1, 2, and so on.
+    /// Fields given on the nodes of an array of shape `extent`, x fastest, node spacing 1 m; 0 beyond it.
+    /// `sides` are P and M of the sheets 1, 2, and so on.
     ///
     /// # Panics
     /// An array whose length is not the product of `extent`, or more than 255 sheets.
@@ -296,7 +307,8 @@ impl Field {
         Self { total: fill(total), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
-    /// Low and high corner [m] of the box of the nodes where f is above `threshold`, and a node more on every side: the surface is within. `None` of a field without clay.
+    /// Low and high corner [m] of the box of the nodes where f is above `threshold`, and a node more on every
+    /// side: the surface is within. `None` of a field without clay.
     pub fn bounds(&self, threshold: f32) -> Option<(DVec3, DVec3)> {
         let of_block = |(slot, block): (usize, &IVec3)| {
             let values = self.total.block(slot)?;
@@ -371,8 +383,9 @@ impl Filter {
         (0..passes).fold(Self { first: 0, taps: vec![1.0] }, |f, _| f.then(&[0.25, 0.5, 0.25], -1))
     }
 
-    /// Splines of half a cell on the half-cell lattice -> splines of one cell on the nodes between, then blur. A spline of half a
-    /// cell has an eighth of the volume, which the taps' sum of 2 per axis makes up for.
+    /// Splines of half a cell on the half-cell lattice -> splines of one cell on the nodes between, then
+    /// blur. A spline of half a cell has an eighth of the volume, which the taps' sum of 2 per axis makes up
+    /// for.
     fn refinement(passes: u32) -> Self {
         Self::blur(passes).then(&[0.25, 0.75, 0.75, 0.25], -2)
     }

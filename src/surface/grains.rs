@@ -9,13 +9,16 @@ use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 
-/// Density around a particle, below which it may be a grain: with it every particle of a cluster of 13 is one; on a flat surface the density is 0.65.
+/// Density around a particle, below which it may be a grain: with it every particle of a cluster of 13 is
+/// one; on a flat surface the density is 0.65.
 pub(super) const GRAIN_DENSITY: f32 = 0.5;
-/// Particles of the smallest cluster that is meshed: 8 come out at 0.7 to 2.1 times their volume, by how they lie on the grid, 12 at 0.7 to 1.6, 14 at 0.7 to 1.4.
+/// Particles of the smallest cluster that is meshed: 8 come out at 0.7 to 2.1 times their volume, by how they
+/// lie on the grid, 12 at 0.7 to 1.6, 14 at 0.7 to 1.4.
 pub(super) const CLUSTER_MIN: usize = 14;
 
-/// Field over the threshold below which a particle is drawn. Particles at the sharp edges of bodies, which the surface rounds, have 0.54 and more: balls
-/// there would be beads on every edge. Between that and the threshold a particle is within about its spacing of the surface.
+/// Field over the threshold below which a particle is drawn. Particles at the sharp edges of bodies, which
+/// the surface rounds, have 0.54 and more: balls there would be beads on every edge. Between that and the
+/// threshold a particle is within about its spacing of the surface.
 pub(super) const GRAIN_FIELD: f32 = 0.5;
 
 /// A ball that stands for one particle.
@@ -23,8 +26,9 @@ pub(super) const GRAIN_FIELD: f32 = 0.5;
 pub struct Grain {
     /// Centre [m].
     pub position: [f32; 3],
-    /// Radius of a ball [m] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the particle's present volume times
-    /// 1 - 2 f / threshold at its place. So grains that the surface takes in shrink to nothing as it comes.
+    /// Radius of a ball [m] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the
+    /// particle's present volume times 1 - 2 f / threshold at its place. So grains that the surface takes in
+    /// shrink to nothing as it comes.
     pub radius: f32,
     /// Its number in the source.
     pub particle: u32,
@@ -40,8 +44,9 @@ pub struct Extraction {
 }
 
 impl Extraction {
-    /// The surface with a ball for each grain behind it, to be looked at: an icosahedron of the grain's volume, or, of more than 10,000 grains, an
-    /// octahedron. Not to be exported: balls may touch each other and the surface.
+    /// The surface with a ball for each grain behind it, to be looked at: an icosahedron of the grain's
+    /// volume, or, of more than 10,000 grains, an octahedron. Not to be exported: balls may touch each other
+    /// and the surface.
     pub fn drawn(&self) -> Mesh {
         let mut mesh = self.mesh.clone();
         add_balls(&mut mesh, &self.grains);
@@ -54,8 +59,9 @@ pub fn ball_triangles(grain_count: usize) -> usize {
     grain_count * Ball::for_count(grain_count).counts().1
 }
 
-/// The surface, and each particle that it does not show: clusters of fewer than 14 particles that stand free, and particles where the
-/// field is below half the threshold. Every other one is within the surface or about a particle's spacing from it, at an edge that it rounds.
+/// The surface, and each particle that it does not show: clusters of fewer than 14 particles that stand free,
+/// and particles where the field is below half the threshold. Every other one is within the surface or about
+/// a particle's spacing from it, at an edge that it rounds.
 pub fn extract_with_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> Extraction {
     let (field, grains) = field_and_grains(source, settings);
     Extraction { mesh: extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals), grains }
@@ -74,7 +80,8 @@ pub(crate) fn field_and_grains(source: &SurfaceSource, settings: &SurfaceSetting
     (field, grains.into_iter().map(grain).collect())
 }
 
-/// Particles that stand free, in clusters of fewer than [`CLUSTER_MIN`]. A cluster is what is in neighbouring cells.
+/// Particles that stand free, in clusters of fewer than [`CLUSTER_MIN`]. A cluster is what is in neighbouring
+/// cells.
 pub(super) fn free_grains(particles: &[SurfaceParticle], densities: &[f32]) -> Vec<u32> {
     let is_free = |i: &u32| {
         let rho = densities[*i as usize];

@@ -1,4 +1,5 @@
-//! Sparse storage of node values: blocks of 8^3 nodes behind a dense table over the bounding box of the blocks in use.
+//! Sparse storage of node values: blocks of 8^3 nodes behind a dense table over the bounding box of the
+//! blocks in use.
 
 use glam::IVec3;
 use rayon::prelude::*;
@@ -68,8 +69,8 @@ impl BlockGrid {
         at.x + extent.x * (at.y + extent.y * at.z)
     }
 
-    /// Copies the nodes `first..first + size` around `block`'s low corner into `tile` (x fastest); nodes not stored are 0.
-    /// The range must stay within the block and its neighbours.
+    /// Copies the nodes `first..first + size` around `block`'s low corner into `tile` (x fastest); nodes not
+    /// stored are 0. The range must stay within the block and its neighbours.
     pub(crate) fn load(&self, values: &NodeValues, block: IVec3, first: IVec3, size: i32, tile: &mut [f32]) {
         tile.fill(0.0);
         let reach = |first: i32, d: i32| (first.max(BLOCK * d), (first + size).min(BLOCK * (d + 1)));
@@ -122,7 +123,8 @@ pub(crate) struct NodeValues {
 }
 
 impl NodeValues {
-    /// Values for the slots for which `is_stored` holds, each block filled by `fill(slot, values)`; blocks are filled in parallel.
+    /// Values for the slots for which `is_stored` holds, each block filled by `fill(slot, values)`; blocks
+    /// are filled in parallel.
     pub(crate) fn new(
         slot_count: usize,
         is_stored: impl Fn(usize) -> bool + Sync,

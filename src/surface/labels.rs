@@ -1,34 +1,41 @@
-//! What cuts make of nodes, cells and edges, in one place. Whoever extracts, on whatever processor, follows this text line by line.
+//! What cuts make of nodes, cells and edges, in one place. Whoever extracts, on whatever processor, follows
+//! this text line by line.
 //!
-//! With f the clay around a node, and P and M that of it in front of and behind a sheet (each particle counts at both of its cuts):
+//! With f the clay around a node, and P and M that of it in front of and behind a sheet (each particle counts
+//! at both of its cuts):
 //!
-//! 1. **Owner of a node at a sheet**: none if P + M <= f / 2; else the front if P >= M, else the back. More than half, and not any trace:
-//!    with a small share clay far from the cut counts as one of its sides. Where other sheets own the node, f / 2 is half of the least of
-//!    their owners' values (2): a cut may end at another one, and the clay beyond that is none of its business. A node keeps the first
-//!    three sheets (`CUTS_MAX`), by number, that own it.
-//! 2. **A side's value at a node**: f - b(c) X, with X the clay of the other side, c = (P + M) / f the share of the clay that stands at
-//!    the cut, and b(c) the smoothstep from c = 1/2 to 1. Where the tags end the sides share all clay, one cell behind the crack
-//!    front each has its own alone: so the lips close smoothly.
-//! 3. **Own value**: f times v / f for each of the node's sides' values v. **Inside**: own value above the threshold. A product, and not the
-//!    least of them: where cuts cross, the edges of the pieces are blunt then. Sharp ones come apart into crumbs on the grid
-//!    (in 41 of 400 crossings; none with the product).
-//! 4. **A sheet parts two nodes** if it owns them from opposite sides. In a cell, inside nodes that no sheet parts are of one body, and so
-//!    are those that they join: where untouched clay stands beside both sides, the crack front passes, and the cut parts nothing there.
-//!    Empty nodes join nothing: if they did, they would bridge the cut along the free surface.
+//! 1. **Owner of a node at a sheet**: none if P + M <= f / 2; else the front if P >= M, else the back. More
+//!    than half, and not any trace: with a small share clay far from the cut counts as one of its sides.
+//!    Where other sheets own the node, f / 2 is half of the least of their owners' values (2): a cut may end
+//!    at another one, and the clay beyond that is none of its business. A node keeps the first three sheets
+//!    (`CUTS_MAX`), by number, that own it.
+//! 2. **A side's value at a node**: f - b(c) X, with X the clay of the other side, c = (P + M) / f the share
+//!    of the clay that stands at the cut, and b(c) the smoothstep from c = 1/2 to 1. Where the tags end the
+//!    sides share all clay, one cell behind the crack front each has its own alone: so the lips close
+//!    smoothly.
+//! 3. **Own value**: f times v / f for each of the node's sides' values v. **Inside**: own value above the
+//!    threshold. A product, and not the least of them: where cuts cross, the edges of the pieces are blunt
+//!    then. Sharp ones come apart into crumbs on the grid (in 41 of 400 crossings; none with the product).
+//! 4. **A sheet parts two nodes** if it owns them from opposite sides. In a cell, inside nodes that no sheet
+//!    parts are of one body, and so are those that they join: where untouched clay stands beside both sides,
+//!    the crack front passes, and the cut parts nothing there. Empty nodes join nothing: if they did, they
+//!    would bridge the cut along the free surface.
 //! 5. **Emission**: each cell once per body, with that body's nodes inside.
-//! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies in each of its four cells. A split edge has one
-//!    vertex per end that is kept, all others have one that bodies share. So lips are welded at the crack front.
+//! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies in each of its four
+//!    cells. A split edge has one vertex per end that is kept, all others have one that bodies share. So lips
+//!    are welded at the crack front.
 //! 7. **Place of a vertex**: see `CellTile::crossing`. **Caps**: see `caps.rs`.
 //!
-//! Rules 1 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in common see them alike, whatever
-//! else they hold, and so their meshes agree on their faces.
+//! Rules 1 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in
+//! common see them alike, whatever else they hold, and so their meshes agree on their faces.
 
 use serde::{Deserialize, Serialize};
 
-/// Most cuts that own a node. Particles stand at two cuts at most, so no four can each hold more than half of a node's clay.
+/// Most cuts that own a node. Particles stand at two cuts at most, so no four can each hold more than half of
+/// a node's clay.
 pub(crate) const CUTS_MAX: usize = 3;
-/// Share of the clay around a node that stands at a cut, above which the cut owns it. Any trace instead (0.05) gave the wrong bodies in
-/// 29 of 60 cuts.
+/// Share of the clay around a node that stands at a cut, above which the cut owns it. Any trace instead
+/// (0.05) gave the wrong bodies in 29 of 60 cuts.
 const OWNER_SHARE: f32 = 0.5;
 
 /// How cuts show.
@@ -37,7 +44,8 @@ pub enum CutMethod {
     /// Two lips: cells at a cut are emitted once per side.
     #[default]
     TwoSided,
-    /// Equation 9 as published, for comparison: each node sees the clay of its own side only, then ordinary marching cubes.
+    /// Equation 9 as published, for comparison: each node sees the clay of its own side only, then ordinary
+    /// marching cubes.
     Equation9,
 }
 
@@ -220,7 +228,8 @@ mod tests {
         assert_eq!(Bodies::new(&labels, 0xff).masks(0x7f).count(), 1, "the variant in which empty nodes join");
     }
 
-    /// Two crossing sheets make four bodies; where one meets the other from above, three; where it ends just below the other, three too.
+    /// Two crossing sheets make four bodies; where one meets the other from above, three; where it ends just
+    /// below the other, three too.
     #[test]
     fn crossing_sheets_part_a_cell_in_four() {
         let corner = |i: u8| [(4u8, if i & 1 == 1 { 1i8 } else { -1 }), (9, if i & 2 == 2 { 1 } else { -1 })];

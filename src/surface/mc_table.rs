@@ -1,13 +1,13 @@
 //! The marching cubes table, generated from one rule.
 //!
-//! Corner `i` of a cell stands at `(i & 1, i >> 1 & 1, i >> 2 & 1)`; bit `i` of a case is set where corner `i` is inside.
-//! Edge `e` joins the corners [`EDGES`]`[e]` = `(low, high)`, whose numbers differ in one bit: the edge's axis. Edges are in the order
-//! of their corner pairs: 01 02 04 13 15 23 26 37 45 46 57 67.
+//! Corner `i` of a cell stands at `(i & 1, i >> 1 & 1, i >> 2 & 1)`; bit `i` of a case is set where corner
+//! `i` is inside. Edge `e` joins the corners [`EDGES`]`[e]` = `(low, high)`, whose numbers differ in one bit:
+//! the edge's axis. Edges are in the order of their corner pairs: 01 02 04 13 15 23 26 37 45 46 57 67.
 //!
-//! On each face the contour cuts off the inside corners one by one ("separate inside"), so it depends on the four signs of that face
-//! alone and the cells on both sides agree. Contours of the six faces close to loops; each loop is triangulated without a diagonal
-//! in a face of the cell, so no edge inside a face is used by more than the two cells. All 256 cases then need 5 triangles at most
-//! and no vertex inside the cell.
+//! On each face the contour cuts off the inside corners one by one ("separate inside"), so it depends on the
+//! four signs of that face alone and the cells on both sides agree. Contours of the six faces close to loops;
+//! each loop is triangulated without a diagonal in a face of the cell, so no edge inside a face is used by
+//! more than the two cells. All 256 cases then need 5 triangles at most and no vertex inside the cell.
 
 use std::sync::LazyLock;
 
@@ -87,8 +87,9 @@ fn loops(bits: u8) -> Vec<Vec<u8>> {
     for axis in 0..3 {
         for side in 0..2 {
             let corners = face_corners(axis, side);
-            // Going round the face, each run of inside corners is entered at one edge and left at another: the contour cuts it off
-            // from where it was entered to where it is left. On an ambiguous face the runs are single corners.
+            // Going round the face, each run of inside corners is entered at one edge and left at another:
+            // the contour cuts it off from where it was entered to where it is left. On an ambiguous face the
+            // runs are single corners.
             for k in 0..4 {
                 if !inside(corners[k]) || inside(corners[(k + 1) % 4]) {
                     continue;
@@ -117,7 +118,8 @@ fn loops(bits: u8) -> Vec<Vec<u8>> {
     loops
 }
 
-/// Triangulates the part `low..=high` of a loop, of which the chord `low`-`high` is given, with no diagonal in a face.
+/// Triangulates the part `low..=high` of a loop, of which the chord `low`-`high` is given, with no diagonal
+/// in a face.
 fn triangulate(l: &[u8], low: usize, high: usize, out: &mut Vec<[u8; 3]>) -> bool {
     if high - low < 2 {
         return true;
@@ -145,7 +147,8 @@ mod tests {
     use super::super::oracle::euler_number_of_nodes;
     use super::*;
 
-    /// Extracts the nodes of `extent`, +1 inside and -1 outside, padded by one outside layer, and compares with the oracle.
+    /// Extracts the nodes of `extent`, +1 inside and -1 outside, padded by one outside layer, and compares
+    /// with the oracle.
     fn assert_sound(extent: [usize; 3], inside: &dyn Fn(usize) -> bool, name: &str) {
         let padded = extent.map(|n| n + 2);
         let mut values = vec![-1.0f32; padded.iter().product()];

@@ -73,7 +73,8 @@ impl Mesh {
         self.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
     }
 
-    /// The component of each triangle and the number of components; triangles that share a vertex are in one component.
+    /// The component of each triangle and the number of components; triangles that share a vertex are in one
+    /// component.
     pub fn component_labels(&self) -> (Vec<u32>, usize) {
         let mut sets = DisjointSets::new(self.positions.len());
         for t in &self.triangles {
@@ -147,7 +148,8 @@ impl Mesh {
     }
 }
 
-/// Union-find over `0..n`; the root of a set is its least member, so results do not depend on the order of joins.
+/// Union-find over `0..n`; the root of a set is its least member, so results do not depend on the order of
+/// joins.
 pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }

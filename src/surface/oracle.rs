@@ -1,11 +1,13 @@
 //! The Euler number of a surface from the signs of the nodes alone: judges the mesher without meshing.
 
-/// Euler number of the isosurface of `values` (x fastest, shape `extent`) under the "separate inside" face rule.
+/// Euler number of the isosurface of `values` (x fastest, shape `extent`) under the "separate inside" face
+/// rule.
 ///
-/// The inside is the cubical complex of the inside nodes: nodes V, edges E with both ends inside, faces Q and cubes C with all corners
-/// inside. Two opposite outside corners of an otherwise inside cube are joined by no tunnel in that complex, but each is cut off by a
-/// triangle of its own, which is one cell more: H. The surface of a solid has twice its Euler number: 2 (V - E + Q - C + H).
-/// Nodes beyond the array are outside; so are values equal to `iso`.
+/// The inside is the cubical complex of the inside nodes: nodes V, edges E with both ends inside, faces Q and
+/// cubes C with all corners inside. Two opposite outside corners of an otherwise inside cube are joined by no
+/// tunnel in that complex, but each is cut off by a triangle of its own, which is one cell more: H. The
+/// surface of a solid has twice its Euler number: 2 (V - E + Q - C + H). Nodes beyond the array are outside;
+/// so are values equal to `iso`.
 pub fn euler_number_of_nodes(extent: [usize; 3], values: &[f32], iso: f32) -> i64 {
     let inside = |p: [usize; 3]| (0..3).all(|d| p[d] < extent[d]) && values[p[0] + extent[0] * (p[1] + extent[1] * p[2])] > iso;
     let mut sum = 0;

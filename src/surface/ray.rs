@@ -1,12 +1,14 @@
 //! Where a ray meets the surface, from the fields alone: no mesh is made.
 //!
-//! The ray passes over blocks that hold nothing, and goes cell by cell through the others. A cell on whose corners the own value (rule 3 of [`super::labels`]) is above the
-//! threshold and below it holds surface: there, and nowhere else, the triangles are made that the extractor makes of that cell, and the ray is cut with them. So a
-//! pointer meets what a mesh of the same fields shows, to rounding, open lips and crack fronts too. The root of a trilinear interpolant would stand beside the lips of a
-//! cut: a corner on the other side of it has that side's value.
+//! The ray passes over blocks that hold nothing, and goes cell by cell through the others. A cell on whose
+//! corners the own value (rule 3 of [`super::labels`]) is above the threshold and below it holds surface:
+//! there, and nowhere else, the triangles are made that the extractor makes of that cell, and the ray is cut
+//! with them. So a pointer meets what a mesh of the same fields shows, to rounding, open lips and crack
+//! fronts too. The root of a trilinear interpolant would stand beside the lips of a cut: a corner on the
+//! other side of it has that side's value.
 //!
-//! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so narrow that f stays above the threshold, it passes as if the clay were
-//! whole.
+//! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so
+//! narrow that f stays above the threshold, it passes as if the clay were whole.
 
 use super::cells::{OneCellTile, sheets_near};
 use super::extract::{EdgeEnd, triangles};
@@ -26,13 +28,15 @@ pub struct RayHit {
     pub distance: f64,
 }
 
-/// How far beyond its edges a triangle is hit, in parts of its edges: no ray slips through between two of them by rounding.
+/// How far beyond its edges a triangle is hit, in parts of its edges: no ray slips through between two of
+/// them by rounding.
 const EDGE_MARGIN: f64 = 1e-9;
 /// Least area of a triangle across the ray, twice [node spacings^2]: below it the triangle is seen edge-on.
 const AREA_MIN: f64 = 1e-12;
 
-/// The first place where the ray from `origin` [m] along `direction` (of any length) meets the surface from outside; from within the clay that is where it comes
-/// back in. None for a direction that is zero or not finite.
+/// The first place where the ray from `origin` [m] along `direction` (of any length) meets the surface from
+/// outside; from within the clay that is where it comes back in. None for a direction that is zero or not
+/// finite.
 pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direction: DVec3) -> Option<RayHit> {
     let line = Line { start: (origin - field.origin) / field.spacing, way: direction.try_normalize()? };
     if !line.start.is_finite() {

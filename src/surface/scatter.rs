@@ -1,8 +1,8 @@
 //! Particles to node sums and back, with quadratic B-splines of one node spacing.
 //!
-//! Particles are sorted into the blocks of their stencils' first nodes, each block sums its own particles into a tile that reaches two
-//! nodes beyond it, and each stored block adds up the at most eight tiles that reach into it. Every sum has one order, whatever the
-//! number of threads.
+//! Particles are sorted into the blocks of their stencils' first nodes, each block sums its own particles
+//! into a tile that reaches two nodes beyond it, and each stored block adds up the at most eight tiles that
+//! reach into it. Every sum has one order, whatever the number of threads.
 
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, block_of_entry, entry_of_block, neighbours};
 use glam::{IVec3, Vec3};
@@ -48,8 +48,8 @@ impl Part {
     }
 }
 
-/// First node of the stencil of a particle: floor(point - 1/2), for points from -1/2 on. Truncation instead of `floor`, which is a call on
-/// baseline x86-64 and took an eighth of the time.
+/// First node of the stencil of a particle: floor(point - 1/2), for points from -1/2 on. Truncation instead
+/// of `floor`, which is a call on baseline x86-64 and took an eighth of the time.
 fn stencil_base(point: Vec3) -> IVec3 {
     (point + 0.5).as_ivec3() - 1
 }
@@ -61,9 +61,9 @@ fn stencil_weights(point: Vec3, base: IVec3) -> [Vec3; 3] {
 }
 
 impl Bins {
-    /// Sorts the particles at `points`, in units of the node spacing from node 0, all at -1/2 or more; points that are not finite are
-    /// left out.
-    /// Nodes from `margin.0` below a stencil's first node to `margin.1` above it are in blocks of the grid.
+    /// Sorts the particles at `points`, in units of the node spacing from node 0, all at -1/2 or more; points
+    /// that are not finite are left out. Nodes from `margin.0` below a stencil's first node to `margin.1`
+    /// above it are in blocks of the grid.
     pub(crate) fn new(points: Vec<Vec3>, margin: (i32, i32)) -> Self {
         let blocks: Vec<Option<IVec3>> =
             points.par_iter().map(|p| p.is_finite().then(|| stencil_base(*p).map(|i| i.div_euclid(BLOCK)))).collect();

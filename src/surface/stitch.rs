@@ -1,7 +1,8 @@
-//! From the extracted mesh to bodies that a printer or a mesh tool takes: manifold, oriented, without empty bodies.
+//! From the extracted mesh to bodies that a printer or a mesh tool takes: manifold, oriented, without empty
+//! bodies.
 //!
-//! The extractor's mesh is closed and oriented, but where a crack ends its lips can share an edge, and lips that coincide may enclose
-//! nothing at all. [`print_ready`] repairs both and reports it.
+//! The extractor's mesh is closed and oriented, but where a crack ends its lips can share an edge, and lips
+//! that coincide may enclose nothing at all. [`print_ready`] repairs both and reports it.
 
 use super::mesh::{DisjointSets, Mesh};
 use glam::{DVec3, Vec3};
@@ -14,8 +15,8 @@ pub struct Repairs {
     pub pillows: usize,
     /// Sum of their volumes' magnitudes [m^3].
     pub pillow_volume: f64,
-    /// Bodies one node thick, wedged in between the lips of cuts, that were dropped: where cuts meet, the edge of a piece may come
-    /// apart on the grid.
+    /// Bodies one node thick, wedged in between the lips of cuts, that were dropped: where cuts meet, the
+    /// edge of a piece may come apart on the grid.
     pub crumbs: usize,
     /// Sum of their volumes [m^3].
     pub crumb_volume: f64,
@@ -25,22 +26,26 @@ pub struct Repairs {
     pub parted_vertices: usize,
 }
 
-/// A pillow encloses less than this times area^1.5; a sphere encloses 0.094, the thinnest useful plate (1 : 100) 0.002.
+/// A pillow encloses less than this times area^1.5; a sphere encloses 0.094, the thinnest useful plate (1
+/// : 100) 0.002.
 const PILLOW_FILL_MAX: f64 = 1e-6;
-/// Volume over area of a crumb, in its mean edge length, at most: 0.14 for the octahedron around one node, 0.22 for a row of nodes, 0.4 for
-/// two nodes each way.
+/// Volume over area of a crumb, in its mean edge length, at most: 0.14 for the octahedron around one node,
+/// 0.22 for a row of nodes, 0.4 for two nodes each way.
 const CRUMB_THICKNESS_MAX: f64 = 0.3;
 /// Volume of a crumb over that of the whole mesh, at most.
 const CRUMB_VOLUME_MAX: f64 = 1e-3;
-/// Share of a crumb's vertices that stand on those of other bodies, at least: free surface and blunt edges are its own.
+/// Share of a crumb's vertices that stand on those of other bodies, at least: free surface and blunt edges
+/// are its own.
 const CRUMB_WEDGED_MIN: f64 = 0.3;
-/// Distance by which coincident lips are parted, over the mesh's diagonal: 1 um in 100 mm, 100 times the rounding of f32.
+/// Distance by which coincident lips are parted, over the mesh's diagonal: 1 um in 100 mm, 100 times the
+/// rounding of f32.
 const LIP_GAP: f64 = 1e-5;
-/// Two triangles at an edge closer than this [rad] lie on each other: the slit of a cut, with clay all around.
+/// Two triangles at an edge closer than this [rad] lie on each other: the slit of a cut, with clay all
+/// around.
 const SLIT_ANGLE: f64 = 1e-6;
 
-/// A manifold mesh for export: bodies separated, pillows dropped, oriented outwards, lips parted by 1e-5 of the mesh's diagonal so that a
-/// reader that merges equal positions does not glue them.
+/// A manifold mesh for export: bodies separated, pillows dropped, oriented outwards, lips parted by 1e-5 of
+/// the mesh's diagonal so that a reader that merges equal positions does not glue them.
 pub fn print_ready(mesh: &Mesh) -> (Mesh, Repairs) {
     let (mut mesh, mut repairs) = drop_pillows(&separate(mesh));
     if mesh.volume() < 0.0 {
@@ -57,8 +62,9 @@ pub fn print_ready(mesh: &Mesh) -> (Mesh, Repairs) {
 /// One direction of one triangle's edge: triangle, and which of its corners the edge starts at.
 type HalfEdge = (usize, usize);
 
-/// Makes every edge one of two triangles and every vertex one fan: at an edge of four triangles, those that enclose the least solid angle
-/// are paired ("separate inside", as in the case table); each fan gets a vertex of its own. Open edges stay open.
+/// Makes every edge one of two triangles and every vertex one fan: at an edge of four triangles, those that
+/// enclose the least solid angle are paired ("separate inside", as in the case table); each fan gets a vertex
+/// of its own. Open edges stay open.
 pub fn separate(mesh: &Mesh) -> Mesh {
     let pairs = pair_edges(mesh);
     let corner = |(t, k): HalfEdge, ahead: usize| (3 * t + (k + ahead) % 3) as u32;
@@ -128,13 +134,15 @@ fn wedge_angle(mesh: &Mesh, [low, high]: [u32; 2], forward: HalfEdge, backward: 
         let third = at(mesh.triangles[t][(k + 2) % 3]) - at(low);
         third.dot(v).atan2(third.dot(u))
     };
-    // (u, v, axis) is right-handed, so the angle grows along the normal of a forward triangle: its solid is below it.
+    // (u, v, axis) is right-handed, so the angle grows along the normal of a forward triangle: its solid is
+    // below it.
     let handed = if u.cross(v).dot(axis) > 0.0 { 1.0 } else { -1.0 };
     let wedge = (handed * (angle(forward) - angle(backward))).rem_euclid(TAU);
     if wedge < SLIT_ANGLE { TAU } else { wedge }
 }
 
-/// Where both ends of two paired edges are still the same vertices, the later pair gets a vertex of its own in the middle.
+/// Where both ends of two paired edges are still the same vertices, the later pair gets a vertex of its own
+/// in the middle.
 fn split_double_edges(mesh: &mut Mesh, pairs: &[(HalfEdge, HalfEdge)]) {
     let ends = |triangles: &[[u32; 3]], (t, k): HalfEdge| {
         let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
@@ -143,7 +151,8 @@ fn split_double_edges(mesh: &mut Mesh, pairs: &[(HalfEdge, HalfEdge)]) {
     let mut edges: Vec<([u32; 2], usize)> = pairs.iter().enumerate().map(|(i, p)| (ends(&mesh.triangles, p.0), i)).collect();
     edges.sort_unstable();
     let doubles: Vec<usize> = edges.chunk_by(|a, b| a.0 == b.0).flat_map(|run| run[1..].iter().map(|e| e.1)).collect();
-    // Triangle -> the middle vertices of its edges, so that a triangle with more than one is split by all of them.
+    // Triangle -> the middle vertices of its edges, so that a triangle with more than one is split by all of
+    // them.
     let mut middles: std::collections::BTreeMap<usize, [Option<u32>; 3]> = std::collections::BTreeMap::new();
     for i in doubles {
         let (a, b) = pairs[i];
@@ -318,7 +327,8 @@ mod tests {
         glue(&mesh)
     }
 
-    /// Two cubes that share an edge, joined above and below: the edge's ends stay connected around, so it is split in the middle.
+    /// Two cubes that share an edge, joined above and below: the edge's ends stay connected around, so it is
+    /// split in the middle.
     #[test]
     fn body_that_touches_itself_at_an_edge_becomes_manifold() {
         let mut cubes = vec![[0, 0, 0], [1, 1, 0]];
@@ -336,7 +346,8 @@ mod tests {
         assert_eq!(separated.volume(), 10.0);
     }
 
-    /// Two boxes with one face on the other that share one edge of it: the slit between them is not taken for a body of no width.
+    /// Two boxes with one face on the other that share one edge of it: the slit between them is not taken for
+    /// a body of no width.
     #[test]
     fn boxes_at_a_slit_stay_two_bodies() {
         let mut mesh = Mesh::default();

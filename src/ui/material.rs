@@ -42,7 +42,8 @@ impl Row {
         Self { is_logarithmic: true, ..Self::linear(name, hover, unit, range, decimals) }
     }
 
-    /// Name and slider in two cells of a grid. `value` [SI] changes only by the user's hand, and only to numbers of the range.
+    /// Name and slider in two cells of a grid. `value` [SI] changes only by the user's hand, and only to
+    /// numbers of the range.
     pub(super) fn show(&self, ui: &mut egui::Ui, value: &mut f64) -> egui::Response {
         ui.label(self.name).on_hover_text(self.hover);
         let mut shown = *value / self.unit;
@@ -199,7 +200,8 @@ fn weld_row(ui: &mut egui::Ui, weld: &mut Weld) {
     ui.end_row();
 }
 
-/// `material` with the clay of `preset`; the softening about tools, which belongs to the hand and not to the clay, stays.
+/// `material` with the clay of `preset`; the softening about tools, which belongs to the hand and not to the
+/// clay, stays.
 fn with_preset(material: &ClayMaterial, preset: Preset) -> ClayMaterial {
     ClayMaterial { softening: material.softening, softening_length: material.softening_length, ..preset.material() }
 }

@@ -1,13 +1,16 @@
 //! Panels on the clay: egui windows that read and write the plugin's components. Feature `inspector`.
 //!
-//! | file         | takes                                   | makes                                                        |
-//! |--------------|-----------------------------------------|--------------------------------------------------------------|
-//! | [`request`]  | [`ClayRequest`](request::ClayRequest)s  | the clay reset, on another grid, exported; off the main thread |
-//! | [`history`]  | reports                                 | the last seconds of tool force and frame time                |
-//! | [`material`] | [`ClayMaterial`](crate::sim::material::ClayMaterial) | its rows: names, units, ranges                  |
-//! | [`panel`]    | settings, requests                      | the window that changes the clay                             |
-//! | [`status`]   | status, history                         | the window that shows how it is doing                        |
-//! | [`inspector`]| reflected components                    | every field of them, in a third window                       |
+//! | file          | takes                | makes                                                          |
+//! |---------------|----------------------|----------------------------------------------------------------|
+//! | [`request`]   | [`ClayRequest`]s     | the clay reset, on another grid, exported; off the main thread |
+//! | [`history`]   | reports              | the last seconds of tool force and frame time                  |
+//! | [`material`]  | [`ClayMaterial`]     | its rows: names, units, ranges                                 |
+//! | [`panel`]     | settings, requests   | the window that changes the clay                               |
+//! | [`status`]    | status, history      | the window that shows how it is doing                          |
+//! | [`inspector`] | reflected components | every field of them, in a third window                         |
+//!
+//! [`ClayRequest`]: request::ClayRequest
+//! [`ClayMaterial`]: crate::sim::material::ClayMaterial
 //!
 //! ```no_run
 //! use bevy::prelude::*;

@@ -59,8 +59,8 @@ fn look(look: Res<Look>, device: Res<RenderDevice>, queue: Res<RenderQueue>, all
     look.height = sized.flatten().map(height).reduce(f32::min);
 }
 
-/// Clay in free fall is drawn where the last frame that was reported left it, in the same frame of the app; with the GPU engine where the last one did that the device has
-/// run, which may not have been reported yet.
+/// Clay in free fall is drawn where the last frame that was reported left it, in the same frame of the app;
+/// with the GPU engine where the last one did that the device has run, which may not have been reported yet.
 pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
     for engine in [EngineChoice::Native, EngineChoice::Gpu] {
         let mut app = app_in_step();

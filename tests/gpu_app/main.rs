@@ -1,6 +1,8 @@
-//! Clay on the GPU engine inside a Bevy app that renders, without a window: the same clay, moved between engines, and an app that outlives the device.
+//! Clay on the GPU engine inside a Bevy app that renders, without a window: the same clay, moved between
+//! engines, and an app that outlives the device.
 //!
-//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
+//! required, fail.
 
 mod delay;
 
@@ -160,7 +162,8 @@ fn change_of_engine_keeps_the_state() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The app outlives its device: another one is made, and the clay goes on from its last kept state, no further back than the interval.
+/// The app outlives its device: another one is made, and the clay goes on from its last kept state, no
+/// further back than the interval.
 fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
     let mut app = app();
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
@@ -173,7 +176,8 @@ fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
     }
     let before = status(app.world(), clay).time;
     let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
-    // The loss shows where Bevy polls the device; devices of two instances compare equal, their queues do not.
+    // The loss shows where Bevy polls the device; devices of two instances compare equal, their queues do
+    // not.
     let queue = app.world().resource::<RenderQueue>().clone();
     device.destroy();
     settle(&mut app, "another device", |world| !Arc::ptr_eq(&world.resource::<RenderQueue>().0, &queue.0))?;
@@ -188,7 +192,8 @@ fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
     check(status(app.world(), clay).engine.starts_with("GPU"), status(app.world(), clay).engine.clone())
 }
 
-/// A validation error in the clay's work stops its engine, not the app; the clay goes on natively and says why.
+/// A validation error in the clay's work stops its engine, not the app; the clay goes on natively and says
+/// why.
 fn fault_of_the_clay_does_not_end_the_app() -> Result<(), Failed> {
     let mut app = app();
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
@@ -259,8 +264,8 @@ fn cube_and_particle() -> Snapshot {
     snapshot
 }
 
-/// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has moved, and of clay that the first mesh has no room for; who makes them
-/// may change at any time.
+/// The device makes as many triangles as the processor, of either engine's clay, at the start, after it has
+/// moved, and of clay that the first mesh has no room for; who makes them may change at any time.
 fn surface_is_made_on_the_device() -> Result<(), Failed> {
     let clays = [
         (EngineChoice::Native, cube_and_particle(), 20),

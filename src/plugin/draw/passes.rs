@@ -1,4 +1,5 @@
-//! The render world's part: particles to the device where they are not there, the passes into the slabs, what they say back.
+//! The render world's part: particles to the device where they are not there, the passes into the slabs, what
+//! they say back.
 
 use super::super::bridge::SharedDevice;
 use super::{Drawn, Job, JobSource};
@@ -174,7 +175,8 @@ fn particles(
     guarded(drawn.device.wgpu(), "the surface's particles", upload).map(Some).map_err(|e| e.to_string())
 }
 
-/// Makes a surface for `count` particles in `made`, if there is none that fits, or if the last status asks for more room.
+/// Makes a surface for `count` particles in `made`, if there is none that fits, or if the last status asks
+/// for more room.
 fn fit(drawn: &Drawn, entity: Entity, made: &mut HashMap<Entity, Made>, count: u32) -> Result<(), String> {
     let fitting = made.get(&entity).filter(|m| m.fits(drawn, count));
     let status = fitting.and_then(|made| made.readback.take());

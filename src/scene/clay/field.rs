@@ -74,7 +74,8 @@ pub(super) fn number_mut<'a>(material: &'a mut ClayMaterial, name: &str) -> Opti
     })
 }
 
-/// The law of this name with the numbers that `numbers` gives or `before`, a law of the same name, has; else the name of the one that is missing.
+/// The law of this name with the numbers that `numbers` gives or `before`, a law of the same name, has; else
+/// the name of the one that is missing.
 pub(super) fn law(name: &str, numbers: impl Fn(&str) -> Option<f64>, mut before: ClayLaw) -> Result<ClayLaw, &'static str> {
     let mut law = ClayLaw::ALL.into_iter().find(|law| law.identifier() == name).unwrap_or_default();
     let is_same = before.identifier() == law.identifier();

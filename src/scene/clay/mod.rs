@@ -9,11 +9,13 @@
 //! )
 //! ```
 //!
-//! Numbers are SI; one in quotes carries a unit that fits the field (Pa kPa MPa GPa; kg/m^3 g/cm^3; mm cm m; s min h; % for ratios; Pa s^n kPa s^n).
-//! What a file leaves out is as in the file that it extends, or as in [`ClayMaterial::default`]. A key that nobody knows is a warning.
+//! Numbers are SI; one in quotes carries a unit that fits the field (Pa kPa MPa GPa; kg/m^3 g/cm^3; mm cm m;
+//! s min h; % for ratios; Pa s^n kPa s^n). What a file leaves out is as in the file that it extends, or as in
+//! [`ClayMaterial::default`]. A key that nobody knows is a warning.
 //!
-//! A file that is named by another (`extends`, a scene's `material: File(..)`) is looked for in the folder of that other file, then in `assets/clays`
-//! of the working directory, then among the clays of this crate, which are compiled in.
+//! A file that is named by another (`extends`, a scene's `material: File(..)`) is looked for in the folder of
+//! that other file, then in `assets/clays` of the working directory, then among the clays of this crate,
+//! which are compiled in.
 
 mod field;
 mod parse;
@@ -87,14 +89,15 @@ impl ClayFile {
     /// Reads the clay file at `path`.
     ///
     /// # Errors
-    /// One line that names file, line and field: a file that cannot be read or is no clay, a unit or a value that does not fit its field, a file that is
-    /// extended and not there, files that extend each other in a circle.
+    /// One line that names file, line and field: a file that cannot be read or is no clay, a unit or a value
+    /// that does not fit its field, a file that is extended and not there, files that extend each other in a
+    /// circle.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_stamped(path, &mut vec![])
     }
 
-    /// [`Self::load`]; `stamps` gains every file that was read or looked for, as it was before: once one of them is out of date, another load may
-    /// give another clay.
+    /// [`Self::load`]; `stamps` gains every file that was read or looked for, as it was before: once one of
+    /// them is out of date, another load may give another clay.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -103,7 +106,8 @@ impl ClayFile {
         Reader { chain: vec![], stamps }.load(&source)
     }
 
-    /// Reads the text of a clay file that stands nowhere: the clays that it extends are those of this crate or in `assets/clays`.
+    /// Reads the text of a clay file that stands nowhere: the clays that it extends are those of this crate
+    /// or in `assets/clays`.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -112,8 +116,8 @@ impl ClayFile {
         Reader { chain: vec![], stamps: &mut stamps }.read(text, "clay", Path::new(""))
     }
 
-    /// The clay of this file where `before` was: the softening about tools, which belongs to the hand and not to the clay, stays unless the file
-    /// or one that it extends names it.
+    /// The clay of this file where `before` was: the softening about tools, which belongs to the hand and not
+    /// to the clay, stays unless the file or one that it extends names it.
     pub fn in_place_of(&self, before: &ClayMaterial) -> ClayMaterial {
         let mut material = self.material;
         for name in ["softening", "softening_length"].into_iter().filter(|name| !self.named.contains(name)) {

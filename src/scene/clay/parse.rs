@@ -189,7 +189,8 @@ impl<'de> Visitor<'de> for Content<'_> {
     }
 }
 
-/// The known name that `key` is most like, if it is like one: at most two letters, and at most a third of them, are to be changed.
+/// The known name that `key` is most like, if it is like one: at most two letters, and at most a third of
+/// them, are to be changed.
 fn meant(key: &str, known: &'static [Field]) -> Option<&'static str> {
     let lower = key.to_lowercase();
     let near = known.iter().map(|field| (distance(&lower, field.name), field.name)).min()?;

@@ -15,7 +15,8 @@ pub(super) enum Dimension {
 /// The longest text that is read as a number with a unit [bytes].
 const TEXT_MAX: usize = 64;
 
-/// A unit: its symbol and how many SI units it is, as a factor and a divisor so that `"45 %"` is 0.45 to the last bit.
+/// A unit: its symbol and how many SI units it is, as a factor and a divisor so that `"45 %"` is 0.45 to the
+/// last bit.
 type Unit = (&'static str, f64, f64);
 
 impl Dimension {

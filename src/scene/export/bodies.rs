@@ -17,8 +17,8 @@ pub struct Body {
     pub cavities: usize,
 }
 
-/// The bodies of a closed, oriented mesh, by falling volume. A cavity goes to the smallest shell around it; a shell that faces inwards with
-/// none around it is a body inside out, and is turned.
+/// The bodies of a closed, oriented mesh, by falling volume. A cavity goes to the smallest shell around it; a
+/// shell that faces inwards with none around it is a body inside out, and is turned.
 pub fn bodies_of(mesh: &Mesh) -> Vec<Body> {
     let shells = mesh.components();
     let volumes: Vec<f64> = shells.iter().map(Mesh::volume).collect();
@@ -78,8 +78,8 @@ fn tree_of(shell: &Mesh) -> WindingTree {
     WindingTree::new(&ImportedMesh { positions, triangles: shell.triangles.clone(), doubled: 0 })
 }
 
-/// Whether `inner` is inside a closed shell: by the mean winding number of three of its vertices, so that one that all but touches the shell
-/// does not decide alone.
+/// Whether `inner` is inside a closed shell: by the mean winding number of three of its vertices, so that one
+/// that all but touches the shell does not decide alone.
 fn is_inside(inner: &Mesh, tree: &WindingTree) -> bool {
     let count = inner.positions.len();
     let points = [0, count / 3, 2 * count / 3].map(|i| DVec3::from_array(inner.positions[i].map(f64::from)));

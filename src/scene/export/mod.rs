@@ -1,8 +1,8 @@
 //! Mesh and particle files: STL, PLY, OBJ and 3MF in millimetres, GLB in metres.
 //!
-//! Every mesh goes the same way: [`print_ready`] makes it a closed, oriented manifold of separate shells, [`bodies`] sorts the shells into
-//! bodies with their cavities, [`mod@simplify`] takes triangles away if that is asked for, and a writer per format does the rest.
-//! A file appears whole or not at all ([`whole`]).
+//! Every mesh goes the same way: [`print_ready`] makes it a closed, oriented manifold of separate shells,
+//! [`bodies`] sorts the shells into bodies with their cavities, [`mod@simplify`] takes triangles away if that
+//! is asked for, and a writer per format does the rest. A file appears whole or not at all ([`whole`]).
 
 pub mod bodies;
 mod glb;
@@ -97,7 +97,8 @@ pub enum BodyFiles {
     /// All into one.
     #[default]
     Together,
-    /// Each into its own: `name-1.stl`, `name-2.stl`, ... by falling volume. Files of an earlier export that had more bodies stay.
+    /// Each into its own: `name-1.stl`, `name-2.stl`, ... by falling volume. Files of an earlier export that
+    /// had more bodies stay.
     Apart,
 }
 
@@ -109,8 +110,9 @@ pub struct ExportOptions {
     pub bodies: BodyFiles,
     /// Least volume of a body [m^3], its cavities taken off; what is smaller is left out and reported.
     pub volume_min: f64,
-    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst vertex moved 1.2 to 1.9 times as far);
-    /// bodies that touch along a cut may then overlap by as much. `None` for every triangle.
+    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst
+    /// vertex moved 1.2 to 1.9 times as far); bodies that touch along a cut may then overlap by as much.
+    /// `None` for every triangle.
     pub simplify: Option<f64>,
 }
 
@@ -191,7 +193,8 @@ pub enum ExportError {
 /// Writes a mesh as separate, closed bodies with outward triangles into one file of the extension's format.
 ///
 /// # Errors
-/// An extension that no [`ExportFormat`] has, or a file that cannot be written; then nothing is left at `path` that was not there before.
+/// An extension that no [`ExportFormat`] has, or a file that cannot be written; then nothing is left at
+/// `path` that was not there before.
 pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<ExportReport, ExportError> {
     write_bodies(path, mesh, &ExportOptions::default())
 }
@@ -199,7 +202,8 @@ pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<ExportReport, ExportError>
 /// [`write_mesh`] with options.
 ///
 /// # Errors
-/// As [`write_mesh`], or an option out of its range. Files of several bodies are renamed into place once all are written.
+/// As [`write_mesh`], or an option out of its range. Files of several bodies are renamed into place once all
+/// are written.
 pub fn write_bodies(path: &Path, mesh: &Mesh, options: &ExportOptions) -> Result<ExportReport, ExportError> {
     let format = ExportFormat::from_path(path)?;
     options.validate().map_err(ExportError::Option)?;
@@ -258,8 +262,8 @@ pub fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z [mm], velocity vx vy vz [m/s], volume ratio J,
-/// side of the first cut (-1, 0, 1), id.
+/// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z [mm], velocity vx
+/// vy vz [m/s], volume ratio J, side of the first cut (-1, 0, 1), id.
 ///
 /// # Errors
 /// An extension other than `ply`, or a file that cannot be written.

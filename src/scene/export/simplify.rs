@@ -1,14 +1,17 @@
 //! Fewer triangles of a closed mesh, within a distance.
 //!
-//! Edges are collapsed in the order of Garland and Heckbert's quadric error (SIGGRAPH 1997), until a vertex would be farther than the given distance,
-//! root mean square, from the planes of the triangles that went into it.
-//! A vertex is put where the enclosed volume stays what it was (Lindstrom and Turk 1998), so that round parts do not shrink.
-//! An edge collapses only where that changes no topology (the link condition), turns no triangle over and makes none thin.
+//! Edges are collapsed in the order of Garland and Heckbert's quadric error (SIGGRAPH 1997), until a vertex
+//! would be farther than the given distance, root mean square, from the planes of the triangles that went
+//! into it. A vertex is put where the enclosed volume stays what it was (Lindstrom and Turk 1998), so that
+//! round parts do not shrink. An edge collapses only where that changes no topology (the link condition),
+//! turns no triangle over and makes none thin.
 //!
-//! A bunny of 76,000 triangles takes a second; at 20 um (cells of 1.5 mm) 15,700 of them are left, at 100 um 2,900.
+//! A bunny of 76,000 triangles takes a second; at 20 um (cells of 1.5 mm) 15,700 of them are left, at 100 um
+//! 2,900.
 //!
-//! It is written here because no crate does it: `meshopt` needs a C++ compiler, which a machine with Rust need not have, and promises neither a
-//! manifold nor the volume; `baby_shark` and `threecrate` bring `nalgebra`, and with it a dozen more copies of `glam`.
+//! It is written here because no crate does it: `meshopt` needs a C++ compiler, which a machine with Rust
+//! need not have, and promises neither a manifold nor the volume; `baby_shark` and `threecrate` bring
+//! `nalgebra`, and with it a dozen more copies of `glam`.
 
 use crate::surface::check::MeshCheck;
 use crate::surface::mesh::Mesh;
@@ -18,16 +21,20 @@ use std::collections::{BTreeSet, BinaryHeap};
 
 /// Greatest change of a body's volume by simplification, over the volume.
 pub const VOLUME_CHANGE_MAX: f64 = 1e-3;
-/// Least cosine between a triangle's normals before and after a collapse: 60 degrees, so that two collapses do not turn it over.
+/// Least cosine between a triangle's normals before and after a collapse: 60 degrees, so that two collapses
+/// do not turn it over.
 const TURN_COSINE: f64 = 0.5;
-/// Least area of a triangle over that of an equilateral one of the same sum of squared edges, unless it was worse before. With 0.1 the thin triangles of
-/// marching cubes lock each other: 11 % of a ball's triangles are left where 2 % will do.
+/// Least area of a triangle over that of an equilateral one of the same sum of squared edges, unless it was
+/// worse before. With 0.1 the thin triangles of marching cubes lock each other: 11 % of a ball's triangles
+/// are left where 2 % will do.
 const SHAPE_MIN: f64 = 0.02;
-/// Weight of the distance from the edge's middle, over that of one plane: settles what flat and straight parts leave open.
+/// Weight of the distance from the edge's middle, over that of one plane: settles what flat and straight
+/// parts leave open.
 const MIDDLE_WEIGHT: f64 = 0.1;
 
-/// Simplifies a closed body so that no vertex is farther than `error` [m], root mean square, from the planes of the triangles it stands for,
-/// and checks the result: a closed manifold of as many shells and handles, its volume changed by less than [`VOLUME_CHANGE_MAX`], no two vertices in one place.
+/// Simplifies a closed body so that no vertex is farther than `error` [m], root mean square, from the planes
+/// of the triangles it stands for, and checks the result: a closed manifold of as many shells and handles,
+/// its volume changed by less than [`VOLUME_CHANGE_MAX`], no two vertices in one place.
 ///
 /// # Errors
 /// What the check found; the mesh is to be used as it was.
@@ -187,13 +194,15 @@ impl Work {
         of(u, v).chain(of(v, u))
     }
 
-    /// The best place for the vertex of a collapsed edge that keeps the volume, and its cost; `None` where the volume cannot be kept.
+    /// The best place for the vertex of a collapsed edge that keeps the volume, and its cost; `None` where
+    /// the volume cannot be kept.
     fn candidate(&self, edge: [u32; 2]) -> Option<Candidate> {
         let [u, v] = edge.map(|v| v as usize);
         let middle = (self.positions[u] + self.positions[v]) / 2.0;
         let local = |t: [u32; 3]| self.corners(t).map(|p| p - middle);
         let six_volumes = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c));
-        // Six times the volume below the new triangles is normal . x, x being the new place from the middle; it must be what it was.
+        // Six times the volume below the new triangles is normal . x, x being the new place from the middle;
+        // it must be what it was.
         let (mut normal, mut volume) = (DVec3::ZERO, 0.0);
         for (t, k) in self.kept(edge) {
             let c = local(t);
@@ -218,7 +227,8 @@ impl Work {
         })
     }
 
-    /// Whether the collapse changes no topology (the link condition), turns no triangle over and makes none thin.
+    /// Whether the collapse changes no topology (the link condition), turns no triangle over and makes none
+    /// thin.
     fn is_allowed(&self, candidate: &Candidate) -> bool {
         let [u, v] = candidate.edge;
         let others = self.neighbours(v);
@@ -262,7 +272,8 @@ impl Work {
     }
 }
 
-/// Collapses edges while a vertex stays within `error` [m] of the planes of the triangles it stands for, root mean square.
+/// Collapses edges while a vertex stays within `error` [m] of the planes of the triangles it stands for, root
+/// mean square.
 fn simplify(mesh: &Mesh, error: f64) -> Mesh {
     let Some((low, high)) = mesh.bounds() else { return mesh.clone() };
     let middle = (low + high) / 2.0;
@@ -337,7 +348,8 @@ mod tests {
         surface(|p| 4.2 - (p.truncate().length() - 11.0).hypot(p.z))
     }
 
-    /// Measured: 35.5, 7.0 and 2.2 % of the triangles are left, where a sphere's curvature would have 2.1 % at the coarsest.
+    /// Measured: 35.5, 7.0 and 2.2 % of the triangles are left, where a sphere's curvature would have 2.1 %
+    /// at the coarsest.
     #[test]
     fn ball_loses_triangles_but_neither_volume_nor_shape() {
         let mesh = ball();

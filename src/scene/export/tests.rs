@@ -99,7 +99,8 @@ fn readers_of_others_read_stl_and_obj() {
     meshes.zip([mesh, box_mesh(3.0)]).for_each(|(read, original)| assert_same(&read, &original));
 }
 
-/// The text of a GLB holds what the specification asks for, by `gltf-json`'s own check; bounds and normals are those of the vertices.
+/// The text of a GLB holds what the specification asks for, by `gltf-json`'s own check; bounds and normals
+/// are those of the vertices.
 #[test]
 fn glb_is_sound_and_has_a_node_per_body() {
     use gltf_json::validation::Validate;
@@ -269,7 +270,8 @@ fn small_bodies_are_left_out_only_if_asked_for_and_reported() {
     assert_same(&read_back(&path), &ball());
 }
 
-/// A hollow box, with a hollow ball in its hollow: two bodies of a cavity each, and every wall faces away from the clay.
+/// A hollow box, with a hollow ball in its hollow: two bodies of a cavity each, and every wall faces away
+/// from the clay.
 #[test]
 fn cavities_belong_to_the_body_around_them() {
     let small = ball();

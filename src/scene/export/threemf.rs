@@ -16,10 +16,12 @@ const RELATIONSHIPS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
 </Relationships>
 "#;
-/// Rows of the matrix that row vectors are multiplied with: +Y, up in the clay's world, becomes +Z, up on a printer.
+/// Rows of the matrix that row vectors are multiplied with: +Y, up in the clay's world, becomes +Z, up on a
+/// printer.
 const Y_TO_Z: &str = "1 0 0 0 0 1 0 -1 0 0 0 0";
 
-/// Writes the bodies as objects `body_1`, `body_2`, ... The time of the entries is 1980, so that equal bodies give equal files.
+/// Writes the bodies as objects `body_1`, `body_2`, ... The time of the entries is 1980, so that equal bodies
+/// give equal files.
 pub(super) fn write(out: &mut (impl Write + Seek), bodies: &[Mesh]) -> io::Result<()> {
     let mut package = ZipWriter::new(out);
     let options = SimpleFileOptions::default();

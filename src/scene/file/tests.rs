@@ -124,7 +124,8 @@ fn missing_scene_file_is_named() {
     assert!(error.starts_with("nowhere/none.scene.ron: "), "{error}");
 }
 
-/// A clay file is looked for beside the scene, then among the clays of the crate; what is odd about it and what is wrong with it is said as of the scene.
+/// A clay file is looked for beside the scene, then among the clays of the crate; what is odd about it and
+/// what is wrong with it is said as of the scene.
 #[test]
 fn material_comes_from_a_clay_file() {
     let folder = tempfile::tempdir().expect("folder");

@@ -1,7 +1,9 @@
-//! glTF 2.0, binary (`.glb`) and text (`.gltf`) with embedded or side-car buffers: the triangles of the default scene, in metres.
+//! glTF 2.0, binary (`.glb`) and text (`.gltf`) with embedded or side-car buffers: the triangles of the
+//! default scene, in metres.
 //!
-//! `gltf-json` reads the text; data are read here, every index and range checked, since the `gltf` crate takes files for valid.
-//! Skins, morph targets and animations are left at their start: the mesh is read as its nodes place it.
+//! `gltf-json` reads the text; data are read here, every index and range checked, since the `gltf` crate
+//! takes files for valid. Skins, morph targets and animations are left at their start: the mesh is read as
+//! its nodes place it.
 
 use super::super::text::read_bytes;
 use super::{BYTES_MAX, Fault, Soup};
@@ -22,13 +24,16 @@ const JSON: &[u8] = b"JSON";
 const BIN: &[u8] = b"BIN\0";
 /// Extensions that hide geometry in a compressed form.
 const COMPRESSIONS: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
-/// Beginnings of the names of extensions that say nothing about geometry, and of the one that lets it be whole numbers, which are read.
+/// Beginnings of the names of extensions that say nothing about geometry, and of the one that lets it be
+/// whole numbers, which are read.
 const HARMLESS: [&str; 6] =
     ["KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_animation_pointer"];
 
-/// Most vertices of a scene, 3 GiB of them: nodes that place a mesh again and again make many out of a small file.
+/// Most vertices of a scene, 3 GiB of them: nodes that place a mesh again and again make many out of a small
+/// file.
 const VERTICES_MAX: u64 = 1 << 27;
-/// Most triangles of a scene, 3 GiB of them: two for each of as many vertices, as closed meshes have. Primitives that share their indices make many out of a small file.
+/// Most triangles of a scene, 3 GiB of them: two for each of as many vertices, as closed meshes have.
+/// Primitives that share their indices make many out of a small file.
 const TRIANGLES_MAX: u64 = 1 << 28;
 
 /// Refuses a scene of more vertices or triangles than `most`, before there are so many.

@@ -24,7 +24,8 @@ pub enum MeshFormat {
     Stl,
     /// PLY 1.0, ASCII or binary of either byte order.
     Ply,
-    /// glTF 2.0, binary (`.glb`) or text (`.gltf`): the triangles of the default scene, placed by their nodes, lengths in metres.
+    /// glTF 2.0, binary (`.glb`) or text (`.gltf`): the triangles of the default scene, placed by their
+    /// nodes, lengths in metres.
     Gltf,
 }
 
@@ -66,7 +67,8 @@ struct Soup {
 }
 
 impl Soup {
-    /// Adds a vertex, unless a coordinate is not a finite f32: larger ones would overflow the sums over a mesh.
+    /// Adds a vertex, unless a coordinate is not a finite f32: larger ones would overflow the sums over a
+    /// mesh.
     fn push_position(&mut self, position: DVec3) -> Result<(), String> {
         if !position.as_vec3().is_finite() {
             return Err(format!("vertex {} is not finite: {position}", self.positions.len() + 1));
@@ -129,7 +131,8 @@ impl ImportedMesh {
         Self::read(&read_bytes(path, BYTES_MAX, "mesh")?, format, &file, path.parent())
     }
 
-    /// Reads a mesh from the bytes of a file; `file` names it in errors. A `.gltf` with buffers in other files is read by [`Self::load`] alone.
+    /// Reads a mesh from the bytes of a file; `file` names it in errors. A `.gltf` with buffers in other
+    /// files is read by [`Self::load`] alone.
     ///
     /// # Errors
     /// Bytes that are damaged or hold no triangle.
@@ -194,7 +197,8 @@ impl ImportedMesh {
         self.positions.iter().fold(none, |(low, high), p| (low.min(*p), high.max(*p)))
     }
 
-    /// Signed volume [m^3]: positive where triangles face outwards. Of an open mesh, the volume with its holes capped towards the box's middle.
+    /// Signed volume [m^3]: positive where triangles face outwards. Of an open mesh, the volume with its
+    /// holes capped towards the box's middle.
     pub fn volume(&self) -> f64 {
         let (low, high) = self.bounds();
         let middle = (low + high) / 2.0;

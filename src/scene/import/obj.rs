@@ -31,8 +31,9 @@ impl BufRead for CountedLines<'_> {
     }
 }
 
-/// The geometry of an OBJ file alone, line for line: `v` with three coordinates, `f` with position indices; other lines become empty.
-/// Colours, texture and normal indices say nothing about the solid, and huge ones overflow inside `tobj`.
+/// The geometry of an OBJ file alone, line for line: `v` with three coordinates, `f` with position indices;
+/// other lines become empty. Colours, texture and normal indices say nothing about the solid, and huge ones
+/// overflow inside `tobj`.
 fn geometry_lines(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for line in String::from_utf8_lossy(bytes).lines() {

@@ -1,4 +1,5 @@
-//! PLY 1.0, ASCII and binary: positions of element `vertex`, index lists of element `face`, everything else skipped.
+//! PLY 1.0, ASCII and binary: positions of element `vertex`, index lists of element `face`, everything else
+//! skipped.
 
 use super::{Fault, Soup};
 use glam::DVec3;

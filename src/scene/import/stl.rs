@@ -18,10 +18,12 @@ fn facet_count(bytes: &[u8]) -> Option<usize> {
 /// Reads the facets of an STL file.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Fault> {
     let announced = facet_count(bytes);
-    // The first bytes of a binary file hold zeros: at least the high ones of its count, mostly its header too.
+    // The first bytes of a binary file hold zeros: at least the high ones of its count, mostly its header
+    // too.
     let is_text = bytes.starts_with(b"solid") && !bytes[..bytes.len().min(HEADER)].contains(&0);
     let is_whole_binary = announced.is_some_and(|count| count.checked_mul(FACET).is_some_and(|n| n + HEADER == bytes.len()));
-    // Some programs begin binary files with `solid`, the mark of ASCII: the length tells better. A header without the mark is read as binary.
+    // Some programs begin binary files with `solid`, the mark of ASCII: the length tells better. A header
+    // without the mark is read as binary.
     let mut data = bytes.to_vec();
     if is_whole_binary {
         data[..80].fill(0);

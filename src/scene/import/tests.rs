@@ -50,7 +50,8 @@ fn stl_binary(mesh: &ImportedMesh, start: [u8; 6]) -> Vec<u8> {
     bytes
 }
 
-/// Vertices with a byte between their coordinates and faces with a list besides the indices: both to be skipped.
+/// Vertices with a byte between their coordinates and faces with a list besides the indices: both to be
+/// skipped.
 fn ply_bytes(mesh: &ImportedMesh, encoding: &str) -> Vec<u8> {
     let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
     let header = format!(

@@ -66,7 +66,8 @@ fn volume(snapshot: &Snapshot) -> f64 {
     snapshot.particles.iter().map(|p| f64::from(p.rest_volume) * p.volume_ratio()).sum()
 }
 
-/// Finer, coarser and back: mass as before, volume within 0.5 %, the surface within a fraction of the coarser cell; the engine's rules for positions hold.
+/// Finer, coarser and back: mass as before, volume within 0.5 %, the surface within a fraction of the coarser
+/// cell; the engine's rules for positions hold.
 #[test]
 fn resampled_ball_keeps_volume_and_shape() {
     let old = ball();
@@ -132,7 +133,8 @@ fn resampled_cross_keeps_both_cuts() {
     assert_eq!(crate::scene::pieces::Pieces::of(&new).count(), 4);
 }
 
-/// Cut clay keeps its sides, whether the cut is shut or open, and the surface keeps its two bodies when it is open.
+/// Cut clay keeps its sides, whether the cut is shut or open, and the surface keeps its two bodies when it is
+/// open.
 #[test]
 fn resampled_cut_keeps_its_sides() {
     for (gap, width) in [(0.0, 0.0013), (0.0, 0.0028), (0.004, 0.0013), (0.004, 0.0025)] {

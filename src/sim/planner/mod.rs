@@ -1,5 +1,6 @@
-//! What a clay does next: time owed, ways of tools, reports, cost and cuts -> the plan of the next frame. Knows no engine, no clock and no thread; whoever
-//! runs clay (an app, a scene, a recording) asks it, so that all of them plan alike.
+//! What a clay does next: time owed, ways of tools, reports, cost and cuts -> the plan of the next frame.
+//! Knows no engine, no clock and no thread; whoever runs clay (an app, a scene, a recording) asks it, so that
+//! all of them plan alike.
 //!
 //! | file     | does                                                        |
 //! |----------|-------------------------------------------------------------|
@@ -46,10 +47,12 @@ use super::tool::{Pose, ToolPath};
 use glam::DVec3;
 use trail::{Piece, Trails};
 
-/// The longest frame that is planned of a clock [s]: what a clock is ahead by more is given up, so that a slow machine shows slow motion.
+/// The longest frame that is planned of a clock [s]: what a clock is ahead by more is given up, so that a
+/// slow machine shows slow motion.
 pub const FRAME_MAX: f64 = 1.0 / 30.0;
-/// Wall time that a frame of clay may take [s], as far as it can be told: that of a frame of the app, within these bounds. On a slow machine frames of
-/// clay are shorter, not later, and the clay answers a tool as soon.
+/// Wall time that a frame of clay may take [s], as far as it can be told: that of a frame of the app, within
+/// these bounds. On a slow machine frames of clay are shorter, not later, and the clay answers a tool as
+/// soon.
 pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
 /// The shortest frame that is planned for that [s].
 const FRAME_MIN: f64 = 1e-4;
@@ -76,8 +79,8 @@ pub struct Policy {
     pub time_step: Option<f64>,
     /// What frames hand out.
     pub outputs: FrameOutputs,
-    /// Wall time [s] that a frame may take: frames are no longer than what the engine was seen to afford in it, within [`FRAME_WALL`]. Without it frames
-    /// follow the clock alone.
+    /// Wall time [s] that a frame may take: frames are no longer than what the engine was seen to afford in
+    /// it, within [`FRAME_WALL`]. Without it frames follow the clock alone.
     pub wall: Option<f64>,
     /// What becomes of the hand's way in slow motion.
     pub backlog: Backlog,
@@ -142,7 +145,8 @@ impl Planner {
         self.trails.lag()
     }
 
-    /// Where the clay has the tool of this key, at the end of the last frame reported; nothing if it was not in it.
+    /// Where the clay has the tool of this key, at the end of the last frame reported; nothing if it was not
+    /// in it.
     pub fn tool_pose(&self, key: u64) -> Option<Pose> {
         self.trails.seen(key)
     }
@@ -155,7 +159,8 @@ impl Planner {
         self.trails.lose_all();
     }
 
-    /// Lets `time` [s] of the clock pass, in which the tools went these ways; those not among them have been let go of.
+    /// Lets `time` [s] of the clock pass, in which the tools went these ways; those not among them have been
+    /// let go of.
     pub fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
         self.trails.pass(time, tools);
         self.owed += time;
@@ -176,8 +181,9 @@ impl Planner {
         self.cost.map_or(FRAME_FIRST, |cost| afforded(cost).clamp(FRAME_MIN, FRAME_MAX))
     }
 
-    /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than [`PENDING_MAX`] are under way. Time owed is settled by
-    /// it, [`Self::sent`] settles the rest: what the tools did in a plan that no engine took is swept by the next.
+    /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than
+    /// [`PENDING_MAX`] are under way. Time owed is settled by it, [`Self::sent`] settles the rest: what the
+    /// tools did in a plan that no engine took is swept by the next.
     pub fn next(&mut self, material: &ClayMaterial) -> Decision {
         if self.owed <= 0.0 || self.under_way >= PENDING_MAX || self.trails.is_mending() {
             return Decision::Idle;
@@ -191,7 +197,8 @@ impl Planner {
         Decision::Run(plan)
     }
 
-    /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those of a scene. Nothing if a report has to come first.
+    /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those
+    /// of a scene. Nothing if a report has to come first.
     pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> Decision {
         if self.under_way >= PENDING_MAX {
             return Decision::Idle;
@@ -223,7 +230,8 @@ impl Planner {
         self.under_way += 1;
     }
 
-    /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were swept; adds what only the planner knows of the cuts.
+    /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were
+    /// swept; adds what only the planner knows of the cuts.
     pub fn note(&mut self, report: &mut FrameReport) {
         self.under_way = self.under_way.saturating_sub(1);
         let slot = parity(report.plan_id);

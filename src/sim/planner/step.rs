@@ -1,4 +1,5 @@
-//! The time step of the explicit integrator: how many substeps a frame needs, and how much inertia may be scaled.
+//! The time step of the explicit integrator: how many substeps a frame needs, and how much inertia may be
+//! scaled.
 
 use super::super::frame::{FramePlan, Integrator};
 use super::super::material::ClayMaterial;
@@ -7,7 +8,8 @@ use super::super::tool::ToolPath;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Fraction of the isolated-particle limit that a substep uses; 1e5 steps at it grow total energy by less than 1 %.
+/// Fraction of the isolated-particle limit that a substep uses; 1e5 steps at it grow total energy by less
+/// than 1 %.
 pub const STEP_FRACTION: f64 = 0.7;
 /// Greatest particle travel per substep [cells].
 pub const TRAVEL_MAX: f64 = 0.3;
@@ -21,7 +23,8 @@ pub const TOOL_MACH_MAX: f64 = 0.25;
 /// Share per substep by which the ln J of flowing particles relaxes to their cell's mean.
 pub const VOLUME_AVERAGING: f64 = 0.2;
 
-/// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`, V the tool's speed.
+/// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`,
+/// V the tool's speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InertiaScaling {
     /// Never: free bodies, impacts, waves.
@@ -56,7 +59,8 @@ pub struct StepLimits {
     pub inertia: InertiaScaling,
     /// Gravity [m/s^2].
     pub gravity: DVec3,
-    /// Greatest speed expected in the clay [m/s], from the last report; 0 leaves it to the material and the tools.
+    /// Greatest speed expected in the clay [m/s], from the last report; 0 leaves it to the material and the
+    /// tools.
     pub speed: f64,
     /// Anti-locking, see [`FramePlan::volume_averaging`]; [`VOLUME_AVERAGING`] by default.
     pub volume_averaging: f64,
@@ -78,17 +82,20 @@ impl Default for StepLimits {
 }
 
 impl StepLimits {
-    /// A plan for one frame of `duration` [s] from the state of `snapshot` (its material, cell width and particle speeds) with `tools`.
+    /// A plan for one frame of `duration` [s] from the state of `snapshot` (its material, cell width and
+    /// particle speeds) with `tools`.
     pub fn plan(&self, snapshot: &Snapshot, duration: f64, tools: &[ToolPath]) -> FramePlan {
         let speed =
             snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(self.speed, f64::max);
         Self { speed, ..*self }.frame(&snapshot.material, snapshot.domain.cell_width, duration, tools)
     }
 
-    /// A plan for one frame of `duration` [s]: the fewest substeps that keep material, clay speed and tool speed within their limits.
+    /// A plan for one frame of `duration` [s]: the fewest substeps that keep material, clay speed and tool
+    /// speed within their limits.
     pub fn frame(&self, material: &ClayMaterial, cell_width: f64, duration: f64, tools: &[ToolPath]) -> FramePlan {
         let tool_speed = tools.iter().map(ToolPath::speed_max).fold(0.0, f64::max);
-        // A tool that stands still needs no scaling, but its speed would ask for the most; and elastic clay has no strength to scale by.
+        // A tool that stands still needs no scaling, but its speed would ask for the most; and elastic clay
+        // has no strength to scale by.
         let moves = tool_speed * duration > STILL_TRAVEL * cell_width && material.yield_stress.is_finite();
         let density_scale = if moves { self.scale(material, tool_speed) } else { 1.0 };
         let limit = material.time_step_limit(cell_width, material.density * density_scale) * self.fraction;
@@ -110,7 +117,8 @@ impl StepLimits {
         }
     }
 
-    /// Density scale: within the inertia rule, and so that the tool stays below a quarter of the (scaled) wave speed.
+    /// Density scale: within the inertia rule, and so that the tool stays below a quarter of the (scaled)
+    /// wave speed.
     fn scale(&self, material: &ClayMaterial, tool_speed: f64) -> f64 {
         let mach = tool_speed / (TOOL_MACH_MAX * material.wave_speed(material.density));
         self.inertia.density_scale(material, tool_speed).min(1.0 / (mach * mach).max(f64::MIN_POSITIVE)).max(1.0)

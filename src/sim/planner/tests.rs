@@ -51,7 +51,8 @@ fn pieces(plan: &FramePlan) -> Vec<(f64, f64, f64)> {
     samples.windows(2).map(piece).collect()
 }
 
-/// Runs a tool along x, a step per frame of the app, through frames with these fates; a report comes every `lag` frames. Returns what was swept.
+/// Runs a tool along x, a step per frame of the app, through frames with these fates; a report comes every
+/// `lag` frames. Returns what was swept.
 fn sweep(fates: &[Fate], lag: u32) -> Vec<(f64, f64, f64)> {
     let mut planner = planner();
     let mut fates = fates.iter().copied();
@@ -98,7 +99,8 @@ fn tool_never_jumps_over_a_frame() {
     }
 }
 
-/// A slow engine gets frames as short as it needs to answer soon, a fast one frames of a thirtieth of a second; the rest of the clock is given up.
+/// A slow engine gets frames as short as it needs to answer soon, a fast one frames of a thirtieth of a
+/// second; the rest of the clock is given up.
 #[test]
 fn frames_are_as_long_as_the_engine_affords() {
     for (wall, longest) in [(0.5, 1e-2 / 10.0), (1e-3, FRAME_MAX), (1e3, FRAME_MIN)] {
@@ -115,7 +117,8 @@ fn frames_are_as_long_as_the_engine_affords() {
     }
 }
 
-/// What a hand does in slow motion, a tenth of its own time: goes 2 cm at 0.1 m/s on a way that turns back, stands for a second, and lets go if told to.
+/// What a hand does in slow motion, a tenth of its own time: goes 2 cm at 0.1 m/s on a way that turns back,
+/// stands for a second, and lets go if told to.
 fn slow_motion(backlog: Backlog, lets_go: bool) -> (Vec<(f64, f64, f64)>, Planner, usize) {
     let mut planner = planner();
     planner.policy = Policy { wall: Some(1.0 / 60.0), backlog, ..Policy::default() };
@@ -137,7 +140,8 @@ fn slow_motion(backlog: Backlog, lets_go: bool) -> (Vec<(f64, f64, f64)>, Planne
     (swept, planner, frames)
 }
 
-/// In slow motion a tool is as fast as the hand was, and late; in the end it has gone the whole way, and time in which it stood was not waited for.
+/// In slow motion a tool is as fast as the hand was, and late; in the end it has gone the whole way, and time
+/// in which it stood was not waited for.
 #[test]
 fn slow_tools_keep_the_hand_speed() {
     let (swept, planner, _) = slow_motion(Backlog::WorkOff, false);
@@ -164,7 +168,8 @@ fn dropped_backlog_cuts_corners() {
     assert!(planner.lag() <= LAG_MAX + 0.02, "{}", planner.lag());
 }
 
-/// A tool that was let go of goes to the end of its way if its backlog is worked off, and leaves at once if not.
+/// A tool that was let go of goes to the end of its way if its backlog is worked off, and leaves at once if
+/// not.
 #[test]
 fn let_go_tools_finish_their_way() {
     let ends = |backlog| slow_motion(backlog, true).0.last().map(|p| p.1);
@@ -173,7 +178,8 @@ fn let_go_tools_finish_their_way() {
     assert!(planner.tool_pose(7).is_none() && frames < 1000);
 }
 
-/// A tool that is put down again elsewhere does not sweep from where it was, however late it is; each visit is told apart.
+/// A tool that is put down again elsewhere does not sweep from where it was, however late it is; each visit
+/// is told apart.
 #[test]
 fn second_visit_is_put_down_anew() {
     let mut planner = planner();

@@ -1,7 +1,8 @@
 //! The ways of the tools in a hand, or in several: timed poses in, the piece of them that a frame sweeps out.
 //!
-//! All samples stand on one time, the hand's: that of the caller's clock since the planner was made. Frames sweep it piece by piece, each second of
-//! the hand in a second of clay, so that a tool in slow motion is as fast as the hand was, and late. A frame that was given up is swept again.
+//! All samples stand on one time, the hand's: that of the caller's clock since the planner was made. Frames
+//! sweep it piece by piece, each second of the hand in a second of clay, so that a tool in slow motion is as
+//! fast as the hand was, and late. A frame that was given up is swept again.
 
 use super::super::tool::{Pose, PoseSample, Tool, ToolPath};
 use serde::{Deserialize, Serialize};
@@ -10,21 +11,25 @@ use std::collections::{HashMap, VecDeque};
 /// What the tools do with the hand's way that the clay had no time for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Backlog {
-    /// They go all of it, late. Time in which no tool moved is not waited for, and a tool that was let go of leaves the clay when it has been where the
-    /// hand was.
+    /// They go all of it, late. Time in which no tool moved is not waited for, and a tool that was let go of
+    /// leaves the clay when it has been where the hand was.
     #[default]
     WorkOff,
-    /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that was let go of leaves at once.
+    /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that
+    /// was let go of leaves at once.
     Drop,
 }
 
-/// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a tenth of a second goes unnoticed.
+/// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a
+/// tenth of a second goes unnoticed.
 pub const LAG_MAX: f64 = 0.1;
-/// Hand time that a frame may sweep beyond its own length [s]: two samples of a clock of 1 kHz, for clocks that are not in step.
+/// Hand time that a frame may sweep beyond its own length [s]: two samples of a clock of 1 kHz, for clocks
+/// that are not in step.
 const CLOCK_SLACK: f64 = 2e-3;
 /// Greatest part of a frame's length that counts as such.
 const SLACK_PART: f64 = 0.25;
-/// Most samples of one visit that wait, a minute of a clock of 1 kHz; beyond, every second of the older half goes.
+/// Most samples of one visit that wait, a minute of a clock of 1 kHz; beyond, every second of the older half
+/// goes.
 const SAMPLES_MAX: usize = 1 << 16;
 
 /// Where a tool has been since the last look, by its own clock.
@@ -104,7 +109,8 @@ impl Visit {
         }
     }
 
-    /// Time [s] that the chord from `from` to `to` takes at the mean speed at which the tool moved between, where it did.
+    /// Time [s] that the chord from `from` to `to` takes at the mean speed at which the tool moved between,
+    /// where it did.
     fn chord_time(&self, from: f64, to: f64) -> f64 {
         let inner = self.samples.iter().filter(|s| s.time > from && s.time < to).copied();
         let end = |time| PoseSample { time, pose: self.pose_at(time) };
@@ -208,7 +214,8 @@ impl Trails {
         self.seen.get(&key).copied()
     }
 
-    /// What a frame of `duration` [s] sweeps. It is swept again until [`Self::send`] says that an engine has taken the frame.
+    /// What a frame of `duration` [s] sweeps. It is swept again until [`Self::send`] says that an engine has
+    /// taken the frame.
     pub(super) fn piece(&mut self, duration: f64, backlog: Backlog) -> Piece {
         let slack = CLOCK_SLACK.min(SLACK_PART * duration);
         if self.lag() > duration + slack {
@@ -253,8 +260,8 @@ impl Trails {
         self.under_way.push_back(Sweep { from, ends: piece.ends });
     }
 
-    /// The oldest frame under way has ended. What a frame that was given up had to sweep is swept again by the next one that is planned after all
-    /// under way have ended.
+    /// The oldest frame under way has ended. What a frame that was given up had to sweep is swept again by
+    /// the next one that is planned after all under way have ended.
     pub(super) fn end(&mut self, is_given_up: bool) {
         let Some(sweep) = self.under_way.pop_front() else { return };
         if is_given_up {
@@ -313,7 +320,8 @@ impl Trails {
         self.swept = self.swept.max(next);
     }
 
-    /// Puts a chord in the place of all but the last [`LAG_MAX`] of the way, which takes as long as it does at the speed of the way.
+    /// Puts a chord in the place of all but the last [`LAG_MAX`] of the way, which takes as long as it does
+    /// at the speed of the way.
     fn cut_corner(&mut self, duration: f64) {
         let to = self.clock - LAG_MAX.max(duration);
         let from = self.swept;
@@ -322,7 +330,8 @@ impl Trails {
         }
         let held = |v: &Visit| v.start() <= from && v.end() > from;
         let needed = self.visits.iter().filter(|v| held(v)).map(|v| v.chord_time(from, to)).fold(0.0, f64::max);
-        // What comes after moves up, so that the way before, which may have to be swept again, stays as it was.
+        // What comes after moves up, so that the way before, which may have to be swept again, stays as it
+        // was.
         let (corner, gap) = (from + needed, to - from - needed);
         for visit in self.visits.iter_mut().filter(|v| v.end() > from) {
             let at_corner = (visit.start() <= to).then(|| PoseSample { time: corner, pose: visit.pose_at(to) });

@@ -5,7 +5,8 @@ use super::wgsl::{SCAN_CHUNK, case_words};
 use crate::sim::gpu::{GpuError, check};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// How much there is room for. What a run says there was no room for is in its status; a surface with more room is made then.
+/// How much there is room for. What a run says there was no room for is in its status; a surface with more
+/// room is made then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceRoom {
     /// Blocks of 8^3 nodes of the cell grid, at most 65,535.
@@ -19,7 +20,8 @@ pub struct SurfaceRoom {
 impl SurfaceRoom {
     /// Room for compact clay of so many particles, 8 per cell, with up to 4 cuts.
     pub fn for_particles(count: usize) -> Self {
-        // A block holds 512 cells' clay, or 64 on the visual grid; thrice that for the blocks that the surface passes.
+        // A block holds 512 cells' clay, or 64 on the visual grid; thrice that for the blocks that the
+        // surface passes.
         let cells = count / 8;
         let blocks = |cells_per_block: usize| (3 * cells / cells_per_block + 256).min(65_535) as u32;
         Self { cell_blocks: blocks(512), blocks: blocks(64), sheets: 4 }
@@ -55,7 +57,8 @@ pub(super) struct Buffers {
     pub blocks: [wgpu::Buffer; 2],
     pub sums: [wgpu::Buffer; 2],
     pub fields: wgpu::Buffer,
-    /// Workgroups as the passes count them, and the copy that dispatches read: no dispatch may read what its pass writes.
+    /// Workgroups as the passes count them, and the copy that dispatches read: no dispatch may read what its
+    /// pass writes.
     pub dispatch: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
     weights: wgpu::Buffer,

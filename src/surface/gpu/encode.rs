@@ -33,9 +33,11 @@ enum Groups {
 }
 
 impl GpuSurface {
-    /// Records the passes for `count` particles of 24 bytes ([`SurfaceParticle`](crate::sim::frame::SurfaceParticle)). To be submitted before
-    /// the next call. Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another target. Where a
-    /// mesh is forced, the first of this surface, of another number of particles, or follows one that found no room, the target's indices are written to the end of their capacity.
+    /// Records the passes for `count` particles of 24 bytes
+    /// ([`SurfaceParticle`](crate::sim::frame::SurfaceParticle)). To be submitted before the next call.
+    /// Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another
+    /// target. Where a mesh is forced, the first of this surface, of another number of particles, or follows
+    /// one that found no room, the target's indices are written to the end of their capacity.
     pub fn encode(
         &mut self,
         queue: &wgpu::Queue,
@@ -102,7 +104,8 @@ impl GpuSurface {
         self.run(encoder, &mesh.into_iter().flatten().collect::<Vec<_>>(), particles, target);
     }
 
-    /// Records the passes from fields to mesh alone, for fields that [`Self::load_field`](GpuSurface::load_field) put there.
+    /// Records the passes from fields to mesh alone, for fields that
+    /// [`Self::load_field`](GpuSurface::load_field) put there.
     #[doc(hidden)]
     pub fn encode_mesh(&mut self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, target: &MeshTarget<'_>) {
         self.upload(queue, 0, target, true);
@@ -122,7 +125,8 @@ impl GpuSurface {
         self.count_before = Some(count);
     }
 
-    /// One compute pass of several dispatches; each sees what those before it wrote, and dispatches go by what the pass before left.
+    /// One compute pass of several dispatches; each sees what those before it wrote, and dispatches go by
+    /// what the pass before left.
     fn run(
         &self,
         encoder: &mut wgpu::CommandEncoder,

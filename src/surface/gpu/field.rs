@@ -8,7 +8,8 @@ use bytemuck::Zeroable;
 use glam::{DVec3, IVec3};
 
 impl GpuSurface {
-    /// Puts fields there instead of a clay's. The grid's blocks must begin at -1 and be as many as this surface's domain has, or fewer.
+    /// Puts fields there instead of a clay's. The grid's blocks must begin at -1 and be as many as this
+    /// surface's domain has, or fewer.
     #[doc(hidden)]
     pub fn load_field(&mut self, queue: &wgpu::Queue, field: &Field) {
         let extent = IVec3::from_array(self.params[1].blocks);

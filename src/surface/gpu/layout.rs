@@ -76,7 +76,8 @@ pub struct SurfaceStatus {
     pub(super) found_grains: u32,
     pub(super) sides: [u32; 16],
     pub(super) sheets: [u32; SHEETS_MAX],
-    /// Balls of the last extraction, for particles that the surface does not show; their vertices and indices are the last ones.
+    /// Balls of the last extraction, for particles that the surface does not show; their vertices and indices
+    /// are the last ones.
     pub grain_count: u32,
     pub(super) slot_limits: [u32; 2],
     pub(super) free_counts: [u32; 2],
@@ -84,11 +85,13 @@ pub struct SurfaceStatus {
     pub(super) is_all: u32,
     pub(super) is_stale: u32,
     pub(super) mesh_end: [u32; 2],
-    /// Vertices and triangles for which the last extraction wants room: without so much, all blocks are written anew more often.
+    /// Vertices and triangles for which the last extraction wants room: without so much, all blocks are
+    /// written anew more often.
     pub wanted: [u32; 2],
     /// Vertices and triangles that the last extraction has, and must have room for.
     pub least: [u32; 2],
-    /// Blocks that the last extraction went through: those with other values, those that see them, those that are gone.
+    /// Blocks that the last extraction went through: those with other values, those that see them, those that
+    /// are gone.
     pub block_count: u32,
     pub(super) spare: u32,
 }

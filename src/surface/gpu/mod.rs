@@ -1,4 +1,5 @@
-//! The surface on the GPU: the same fields, the same rules, the same mesh, by compute passes into buffers that are given.
+//! The surface on the GPU: the same fields, the same rules, the same mesh, by compute passes into buffers
+//! that are given.
 //!
 //! | file       | does                                                                     |
 //! |------------|--------------------------------------------------------------------------|
@@ -9,18 +10,21 @@
 //! | `readback` | the status back on the host, without waiting                             |
 //! | `field`    | fields to and from the device: for tests                                 |
 //!
-//! Only what has changed is extracted. Each block of 8^3 nodes keeps the values that its mesh was made of, until some value in it has changed by 1 %
-//! of the inside's; then it and the neighbours that see a change are extracted anew, each in its own region of the buffers, and the
-//! rest stays where it is. So the mesh is that of one field, whose blocks are up to 1 % old, and as closed as any; no bit of it changes
-//! while the clay is at rest, which costs its fields alone. A block that outgrows its region gets one behind all others; once these
-//! take twice what is needed, all blocks are laid out anew. Between the regions are triangles without size.
+//! Only what has changed is extracted. Each block of 8^3 nodes keeps the values that its mesh was made of,
+//! until some value in it has changed by 1 % of the inside's; then it and the neighbours that see a change
+//! are extracted anew, each in its own region of the buffers, and the rest stays where it is. So the mesh is
+//! that of one field, whose blocks are up to 1 % old, and as closed as any; no bit of it changes while the
+//! clay is at rest, which costs its fields alone. A block that outgrows its region gets one behind all
+//! others; once these take twice what is needed, all blocks are laid out anew. Between the regions are
+//! triangles without size.
 //!
 //! Sums are in fixed point, and slots and regions are dealt by prefix sums, so runs repeat bit by bit.
 //!
-//! Vertices are 7 words: place [m], normal, and the number of their edge and variant. Those on the faces of blocks of 8^3 nodes stand in each
-//! block that has them, with the same place, normal and number: so the mesh is closed to the eye and can be merged by number,
-//! in rooms of up to 290 cells a side (580 with nodes every cell): beyond that numbers repeat. Behind them come,
-//! if asked for, balls for the particles that the surface does not show, in the order of the particles, with numbers from 2^31 on.
+//! Vertices are 7 words: place [m], normal, and the number of their edge and variant. Those on the faces of
+//! blocks of 8^3 nodes stand in each block that has them, with the same place, normal and number: so the mesh
+//! is closed to the eye and can be merged by number, in rooms of up to 290 cells a side (580 with nodes every
+//! cell): beyond that numbers repeat. Behind them come, if asked for, balls for the particles that the
+//! surface does not show, in the order of the particles, with numbers from 2^31 on.
 
 mod buffers;
 mod encode;

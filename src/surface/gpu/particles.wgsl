@@ -1,4 +1,5 @@
-// Particles: 6 words each: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet, side).
+// Particles: 6 words each: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet,
+// side).
 
 @group(0) @binding(2) var<storage, read> particles: array<u32>;
 

@@ -1,5 +1,6 @@
-// What every pass sees. Lengths in node spacings of the level's lattice, values in those of the inside of clay.
-// Two levels: the cell grid, for densities, and the visual grid. The constants above this text are generated from Rust.
+// What every pass sees. Lengths in node spacings of the level's lattice, values in those of the inside of
+// clay. Two levels: the cell grid, for densities, and the visual grid. The constants above this text are
+// generated from Rust.
 
 struct Params {
     blocks: vec3i, // of 8^3 nodes along each axis, the first one at -1

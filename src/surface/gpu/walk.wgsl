@@ -1,4 +1,5 @@
-// The triangles of one cell, in their order: of each body, then the caps towards the next cells. The pass that walks gives `triangle`.
+// The triangles of one cell, in their order: of each body, then the caps towards the next cells. The pass
+// that walks gives `triangle`.
 
 @group(0) @binding(15) var<uniform> cases: array<vec4u, 128>; // by case, 2 words: count in the top 4 bits, edges of 4 bits from the lowest
 
@@ -175,10 +176,12 @@ fn ring_of(face: Face, parted: u32, is_across: bool) {
     }
 }
 
-// Paths of both cells since the last vertex that both pass: their start, and of each its last vertex and whether there is one.
+// Paths of both cells since the last vertex that both pass: their start, and of each its last vertex and
+// whether there is one.
 struct Path { start: u32, here: u32, here_count: u32, across: u32, across_count: u32 }
 
-// Fans over what each path has beside its chord: this cell's contour runs along its path, so its cap runs back.
+// Fans over what each path has beside its chord: this cell's contour runs along its path, so its cap runs
+// back.
 fn pass_edge(before: Path, v: u32, is_here: bool, is_across: bool) -> Path {
     var path = before;
     if is_here {

@@ -15,7 +15,8 @@ const FIXED_POINT: f32 = 16_777_216.0;
 /// Entries of the block table that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 
-/// One compute pass: its name, also its file's stem, its entry point, the shared parts that it needs, its text.
+/// One compute pass: its name, also its file's stem, its entry point, the shared parts that it needs, its
+/// text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
     pub name: &'static str,
@@ -125,7 +126,8 @@ pub(super) fn compose(pass: &Pass) -> String {
     text
 }
 
-/// The case table as the walk reads it: two words a case, edges of 4 bits, the number of triangles in the top 4.
+/// The case table as the walk reads it: two words a case, edges of 4 bits, the number of triangles in the
+/// top 4.
 pub(super) fn case_words() -> Vec<u32> {
     let mut words = Vec::with_capacity(512);
     for case in table() {
@@ -153,7 +155,8 @@ mod tests {
         module
     }
 
-    /// Every pass is valid, has its entry point, and keeps to the limits of WebGPU's core: 8 storage buffers, 16 KiB, 256 invocations.
+    /// Every pass is valid, has its entry point, and keeps to the limits of WebGPU's core: 8 storage buffers,
+    /// 16 KiB, 256 invocations.
     #[test]
     fn passes_are_valid_and_within_the_limits_of_the_core() {
         for pass in PASSES {

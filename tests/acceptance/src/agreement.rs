@@ -1,4 +1,5 @@
-//! An engine against the f64 oracle: same snapshot, same plan, particle by particle. The cases that every engine has to pass.
+//! An engine against the f64 oracle: same snapshot, same plan, particle by particle. The cases that every
+//! engine has to pass.
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
@@ -16,8 +17,9 @@ pub struct Case {
     pub plan: FramePlan,
 }
 
-/// A case and how close an engine has to come after its 20 substeps, in cells, strains and substeps. f32 rounds positions to 3e-8 cells and strains
-/// to 3e-8 of themselves in every substep; the figures seen are a third to a half of the limits.
+/// A case and how close an engine has to come after its 20 substeps, in cells, strains and substeps. f32
+/// rounds positions to 3e-8 cells and strains to 3e-8 of themselves in every substep; the figures seen are a
+/// third to a half of the limits.
 pub struct Agreement {
     /// What is told where an engine comes no closer.
     pub name: String,
@@ -255,8 +257,8 @@ pub fn solid_tools() -> Vec<Agreement> {
     cases
 }
 
-/// A blade that cuts in its own plane and one swept along its normal, with each contact. (No node lies on the blade's edge in any substep: there the
-/// last bit would decide.)
+/// A blade that cuts in its own plane and one swept along its normal, with each contact. (No node lies on the
+/// blade's edge in any substep: there the last bit would decide.)
 pub fn blades() -> Vec<Agreement> {
     let mut cases = vec![];
     for (name, step) in [("cut", DVec3::new(0.0, -3.0, 0.0)), ("sweep", DVec3::new(1.2, 0.0, 0.3))] {
@@ -273,7 +275,8 @@ pub fn blades() -> Vec<Agreement> {
     cases
 }
 
-/// A gouge that digs and turns, a pointed blade that stabs, wires that are pulled through, straight and round a bend.
+/// A gouge that digs and turns, a pointed blade that stabs, wires that are pulled through, straight and round
+/// a bend.
 pub fn other_blades() -> Vec<Agreement> {
     let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
     let gouge = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
@@ -336,7 +339,8 @@ pub fn kept_cut() -> Vec<Agreement> {
     cases
 }
 
-/// Two kept cuts that cross, whose four pieces run into each other, slide and part; a third, parallel to one of them, makes slabs.
+/// Two kept cuts that cross, whose four pieces run into each other, slide and part; a third, parallel to one
+/// of them, makes slabs.
 pub fn crossed_cuts() -> Vec<Agreement> {
     let mut cases = vec![];
     for (name, pieces, v) in [
@@ -373,7 +377,8 @@ pub fn welding() -> Vec<Agreement> {
     let case = |name: &str, strain: f64, sheets: &[u8]| {
         let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), ClayMaterial { weld: Weld::Sticky, ..soft() });
         let mut p = plan(&s, 0.25, 20, vec![]);
-        // A frame of 20 substeps is a tenth of the time that growing together takes: one frame more makes it whole.
+        // A frame of 20 substeps is a tenth of the time that growing together takes: one frame more makes it
+        // whole.
         let part = (p.duration() / 0.05 * 100.0).floor() as i8;
         let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.03, 6.0, 11.0);
         for q in &mut s.particles {

@@ -1,4 +1,5 @@
-//! Results on record, docs/data/*.json: a list with an item a line, so that a change of one is a change of one line.
+//! Results on record, docs/data/*.json: a list with an item a line, so that a change of one is a change of
+//! one line.
 
 use crate::lab::{EngineKind, Size};
 use crate::report::Row;
@@ -66,7 +67,8 @@ pub fn acceptance(docs: &Path) -> PathBuf {
     docs.join("data/acceptance.json")
 }
 
-/// `old` with the rows of `new` in place of those of the same cases, sizes and engines; cases in the `order` of their names.
+/// `old` with the rows of `new` in place of those of the same cases, sizes and engines; cases in the `order`
+/// of their names.
 pub fn merged(old: Vec<Record>, new: Vec<Record>, order: &[&str]) -> Vec<Record> {
     let is_same = |a: &Record, b: &Record| a.group == b.group && a.run.size == b.run.size && a.run.engine == b.run.engine;
     let mut all: Vec<Record> = old.into_iter().filter(|o| !new.iter().any(|n| is_same(o, n))).collect();
@@ -115,7 +117,8 @@ mod tests {
         Record { group: group.into(), row: Row::at_most(case.to_owned(), 0.5, "%", 1.0), run }
     }
 
-    /// A run of a part replaces its own rows, those that it no longer makes too, and leaves other cases, sizes and engines alone.
+    /// A run of a part replaces its own rows, those that it no longer makes too, and leaves other cases,
+    /// sizes and engines alone.
     #[test]
     fn run_of_a_part_replaces_its_own_rows() {
         let full = |group, case| record(group, case, Size::Full, EngineKind::Native);

@@ -74,12 +74,14 @@ pub fn place(particle: &Particle) -> DVec3 {
     particle.grid() - f64::from(WALL_NODE)
 }
 
-/// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's low corner.
+/// A block of clay with 8 particles per cell on a regular lattice; `low` and `size` in cells from the room's
+/// low corner.
 pub fn block(low: DVec3, size: IVec3) -> Vec<Particle> {
     lattice(low, size, 2)
 }
 
-/// A block of clay with `per_axis` particles along each axis of a cell; `low` and `size` in cells from the room's low corner.
+/// A block of clay with `per_axis` particles along each axis of a cell; `low` and `size` in cells from the
+/// room's low corner.
 pub fn lattice(low: DVec3, size: IVec3, per_axis: i32) -> Vec<Particle> {
     let spacing = 1.0 / f64::from(per_axis);
     let volume = (DX * spacing).powi(3) as f32;
@@ -89,8 +91,8 @@ pub fn lattice(low: DVec3, size: IVec3, per_axis: i32) -> Vec<Particle> {
     (0..n.x * n.y * n.z).map(particle).collect()
 }
 
-/// The clay of a body in the block of `size` cells at the room's low corner: what of each eighth of a cell is inside, at its centroid. Bodies with round faces
-/// have no steps.
+/// The clay of a body in the block of `size` cells at the room's low corner: what of each eighth of a cell is
+/// inside, at its centroid. Bodies with round faces have no steps.
 pub fn carved(size: IVec3, is_inside: &dyn Fn(DVec3) -> bool) -> Vec<Particle> {
     const POINTS: i32 = 6;
     let mut particles = block(DVec3::ZERO, size);

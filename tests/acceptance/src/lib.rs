@@ -1,4 +1,5 @@
-//! Acceptance cases of `bevy_clay`: the solver and the surface against closed forms, computed beside each scenario, and the engines against the oracle.
+//! Acceptance cases of `bevy_clay`: the solver and the surface against closed forms, computed beside each
+//! scenario, and the engines against the oracle.
 //!
 //! | module | what |
 //! |---|---|
@@ -11,8 +12,8 @@
 //! | [`section`] | the parts of docs/EVIDENCE.md that programs write |
 //! | [`machine`] | what figures were measured on |
 //!
-//! The programs are `validate` (every case, as a table and as JSON), `chart` (error against time over every knob) and `stability_map` (where a run blows
-//! up). The tests beside them run the same cases, small.
+//! The programs are `validate` (every case, as a table and as JSON), `chart` (error against time over every
+//! knob) and `stability_map` (where a run blows up). The tests beside them run the same cases, small.
 
 pub mod agreement;
 pub mod cases;

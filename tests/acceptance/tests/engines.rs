@@ -84,7 +84,8 @@ const METHODS: [CuttingMethod; CuttingMethod::ALL.len() - 1] = {
     others
 };
 
-/// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a pointed one, and a ball beside the blade.
+/// The methods of others, each with blades that cut, sweep, stick and reach through the floor, a bent and a
+/// pointed one, and a ball beside the blade.
 fn compared(method: CuttingMethod) -> Vec<Agreement> {
     let flat = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
     let pointed = ToolShape::PointedBlade { half_width: 2.1 * CELL, half_height: 4.3 * CELL };
@@ -226,7 +227,8 @@ fn other_methods_refuse_wires_and_validation_inputs() {
     }
 }
 
-/// One particle, weightless and at rest, before a blade that comes on: its ghost at the nodes beyond the blade has the blade's velocity, its own nodes none.
+/// One particle, weightless and at rest, before a blade that comes on: its ghost at the nodes beyond the
+/// blade has the blade's velocity, its own nodes none.
 #[test]
 fn ghosts_move_with_the_blade() {
     let mut s = block(IVec3::splat(4), 0.0, Walls::default(), soft());
@@ -256,7 +258,8 @@ fn ghosts_move_with_the_blade() {
     }
 }
 
-/// Deep inside a tool of interactive particles a node of mass m has been given `rho dx^3 V / (m + rho dx^3)` by the tool.
+/// Deep inside a tool of interactive particles a node of mass m has been given `rho dx^3 V / (m + rho dx^3)`
+/// by the tool.
 #[test]
 fn interactive_particles_share_their_velocity() {
     let s = block(IVec3::splat(10), 2.0, Walls::default(), soft());

@@ -1,4 +1,5 @@
-//! The native engine against closed forms: the acceptance cases of `validate`, small, and what its calls refuse.
+//! The native engine against closed forms: the acceptance cases of `validate`, small, and what its calls
+//! refuse.
 
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::{blade, contact, elastic, input, law, methods, motion, published, robust, stability, storage};
@@ -39,7 +40,8 @@ fn stress_is_quiet_across_cells() {
     assert_within_limits(&stability::crossing(Size::Test));
 }
 
-/// Our cut leaks nothing and stays; those of others, which are there to be compared with, leak and do not stay.
+/// Our cut leaks nothing and stays; those of others, which are there to be compared with, leak and do not
+/// stay.
 #[test]
 fn other_methods_let_clay_through() {
     let rows = methods::compared(Size::Test);
@@ -218,8 +220,9 @@ fn bad_clay_names_its_parameter() {
     assert_eq!(load(&|s| s.domain.cells.x = 9), "domain");
 }
 
-/// Eight frames end where one of the same length does, tool and all, but for the rounding of stored velocities. The ball's start keeps
-/// nodes from standing on its surface at the end of a substep, where rounding would decide about their contact.
+/// Eight frames end where one of the same length does, tool and all, but for the rounding of stored
+/// velocities. The ball's start keeps nodes from standing on its surface at the end of a substep, where
+/// rounding would decide about their contact.
 #[test]
 fn frames_join_without_a_seam() {
     let clay = snapshot(room([12; 3], Wall::Separate), Preset::SoftClay.material(), block(DVec3::ZERO, IVec3::new(8, 6, 8)));
@@ -236,7 +239,8 @@ fn frames_join_without_a_seam() {
     assert!(apart < 1e-4, "{apart} cells");
 }
 
-/// A frame queued behind one that is given up is given up too: it was planned for a state that never came. The next one runs.
+/// A frame queued behind one that is given up is given up too: it was planned for a state that never came.
+/// The next one runs.
 #[test]
 fn frame_behind_a_given_up_one_does_not_run() {
     let material = Preset::SoftClay.material();

@@ -27,7 +27,8 @@ fn all(wall: Wall) -> Walls {
     Walls { low: [wall; 3], high: [wall; 3] }
 }
 
-/// Fills the box at `low` of `size`, in cells from the room's low corner, with `per_edge` particles per cell and axis.
+/// Fills the box at `low` of `size`, in cells from the room's low corner, with `per_edge` particles per cell
+/// and axis.
 fn fill(oracle: &mut Oracle, low: [f64; 3], size: [u32; 3], per_edge: [u32; 3]) {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| size[axis] * per_edge[axis]);
     let spacing = DVec3::from_array(per_edge.map(|n| 1.0 / f64::from(n)));
@@ -85,7 +86,8 @@ fn free_fall_is_symplectic_to_rounding() {
     assert!((report.grid_mass / report.particle_mass - 1.0).abs() < 1e-13 && report.health.is_ok());
 }
 
-/// One turn of a free block: angular momentum to rounding, kinetic energy to 5e-4, strain no more than the spin itself causes.
+/// One turn of a free block: angular momentum to rounding, kinetic energy to 5e-4, strain no more than the
+/// spin itself causes.
 #[test]
 fn free_rotation_keeps_angular_momentum() {
     let mut oracle = empty([16.0, 16.0, 12.0], all(Wall::Slip), elastic(0.3));
@@ -152,8 +154,9 @@ fn free_bar_frequency_converges_at_second_order() {
     println!("bar: {e8:e} {e16:e} {e32:e}, orders {orders:?}");
 }
 
-/// Relative L2 errors of displacement and stress of a column of `cells` under its own weight on a slip wall, against the exact solution of
-/// confined Hencky elasticity: `M ln(l) / l = -rho g (H - X)` for the stretch l, `u = int (l - 1) dX`, `tau = M ln l`.
+/// Relative L2 errors of displacement and stress of a column of `cells` under its own weight on a slip wall,
+/// against the exact solution of confined Hencky elasticity: `M ln(l) / l = -rho g (H - X)` for the stretch
+/// l, `u = int (l - 1) dX`, `tau = M ln l`.
 fn self_weight_errors(cells: u32) -> (f64, f64) {
     let height = 0.1;
     let scale = height / f64::from(cells) / CELL_WIDTH;
@@ -198,7 +201,8 @@ fn column_under_its_weight_follows_the_closed_form() {
     assert!(u32 < 1e-3 && s32 < 1e-2, "u {u16:e} {u32:e}, stress {s16:e} {s32:e}");
 }
 
-/// An isolated particle, strained and let go, gains no energy below `dx sqrt(rho / 3K)` and explodes above it.
+/// An isolated particle, strained and let go, gains no energy below `dx sqrt(rho / 3K)` and explodes above
+/// it.
 #[test]
 fn isolated_particle_limit_is_the_formula() {
     for poisson_ratio in [0.1, 0.3, 0.45, 0.49] {
@@ -224,8 +228,8 @@ fn isolated_particle_limit_is_the_formula() {
     }
 }
 
-/// Every pass keeps account: with walls, gravity, damping and scaled inertia, each contact of each tool, the clay's momentum changes by
-/// what the report names and nothing else.
+/// Every pass keeps account: with walls, gravity, damping and scaled inertia, each contact of each tool, the
+/// clay's momentum changes by what the report names and nothing else.
 #[test]
 fn momentum_balances_with_walls_and_every_tool() {
     let box_of = |half: f64| ToolShape::Box { half_size: DVec3::splat(half * CELL_WIDTH) };
@@ -264,7 +268,8 @@ fn momentum_balances_with_walls_and_every_tool() {
     }
 }
 
-/// A separating tool comes up to clay at rest: while there is a gap it takes nothing, however near the nodes are, and then it pushes.
+/// A separating tool comes up to clay at rest: while there is a gap it takes nothing, however near the nodes
+/// are, and then it pushes.
 #[test]
 fn separating_tool_pushes_what_it_touches() {
     let plate = ToolShape::Box { half_size: DVec3::new(3.0, 1.0, 3.0) * CELL_WIDTH };
@@ -289,7 +294,8 @@ fn separating_tool_pushes_what_it_touches() {
     }
 }
 
-/// A box drags the foot of a block along a frictionless floor: the floor takes no part in it, the box gives all of the momentum.
+/// A box drags the foot of a block along a frictionless floor: the floor takes no part in it, the box gives
+/// all of the momentum.
 #[test]
 fn slip_floor_takes_no_tangential_impulse() {
     let mut oracle = empty([16.0, 12.0, 12.0], all(Wall::Slip), elastic(0.3));
@@ -304,7 +310,8 @@ fn slip_floor_takes_no_tangential_impulse() {
     assert!(wall.x.abs() < 1e-12 * report.impulse_scale && wall.z.abs() < 1e-12 * report.impulse_scale, "{wall} {dragged}");
 }
 
-/// A block thrown up from a separating floor leaves with all its momentum; one that falls on it and bounces is only ever pushed.
+/// A block thrown up from a separating floor leaves with all its momentum; one that falls on it and bounces
+/// is only ever pushed.
 #[test]
 fn separating_floor_never_pulls() {
     let mut oracle = empty([16.0, 16.0, 16.0], all(Wall::Separate), elastic(0.3));
@@ -329,8 +336,8 @@ fn separating_floor_never_pulls() {
     assert_eq!(reports[249].wall_impulse, DVec3::ZERO, "the block has left");
 }
 
-/// A particle 1.2 cells above a wall gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: that part of its velocity is stopped. A separating wall
-/// waits until clay reaches its ghost node.
+/// A particle 1.2 cells above a wall gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: that part of its
+/// velocity is stopped. A separating wall waits until clay reaches its ghost node.
 #[test]
 fn wall_acts_on_the_last_node_of_a_stencil() {
     for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
@@ -343,7 +350,8 @@ fn wall_acts_on_the_last_node_of_a_stencil() {
     }
 }
 
-/// A block at rest in the corner of three walls, slip or stick, with diagonal gravity: the walls carry its weight.
+/// A block at rest in the corner of three walls, slip or stick, with diagonal gravity: the walls carry its
+/// weight.
 #[test]
 fn corner_carries_the_weight() {
     for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
@@ -369,8 +377,9 @@ fn momentum_x(oracle: &Oracle, is_front: &[bool]) -> f64 {
     parts.map(|(p, _)| p.rest_volume * oracle.material.density * p.velocity.x).sum()
 }
 
-/// An elastic block of 8 x 4 x 4 cells on a slip floor, cut at `plane` cells by tags if `is_cut`, its two parts moving apart (or, negative,
-/// together) at `speed` [m/s] each. Which particles are in front comes along.
+/// An elastic block of 8 x 4 x 4 cells on a slip floor, cut at `plane` cells by tags if `is_cut`, its two
+/// parts moving apart (or, negative, together) at `speed` [m/s] each. Which particles are in front comes
+/// along.
 fn cut_block(plane: f64, is_cut: bool, speed: f64) -> (Oracle, Vec<bool>) {
     let mut oracle = empty([24.0, 12.0, 12.0], all(Wall::Slip), elastic(0.3));
     fill(&mut oracle, [8.0, 0.0, 4.0], [8, 4, 4], [2, 2, 2]);
@@ -400,7 +409,8 @@ fn cut_halves_part_without_force() {
     }
 }
 
-/// Pushed together, they stop each other as whole clay does, and rise no more than whole clay does; then they part.
+/// Pushed together, they stop each other as whole clay does, and rise no more than whole clay does; then they
+/// part.
 #[test]
 fn cut_halves_press_on_each_other() {
     for plane in [12.0, 12.3] {
@@ -473,8 +483,8 @@ fn withdrawn_blade_leaves_the_cut() {
     assert!((kept - 1.0).abs() < 1e-12 && healed < 0.7, "cut {kept}, healed {healed}");
 }
 
-/// An isolated particle sheared alike near a tool and far from it gains `s sY / (3 mu)` more plastic strain near it: the yield stress is
-/// `sY (1 - s)` there.
+/// An isolated particle sheared alike near a tool and far from it gains `s sY / (3 mu)` more plastic strain
+/// near it: the yield stress is `sY (1 - s)` there.
 #[test]
 fn clay_near_the_tool_is_softer_by_the_softening() {
     let softening = 0.4;

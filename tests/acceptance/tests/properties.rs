@@ -1,4 +1,5 @@
-//! What holds for every state: moments of the kernel, objectivity, kept volume, dissipation, and the round trip of logarithm and exponential.
+//! What holds for every state: moments of the kernel, objectivity, kept volume, dissipation, and the round
+//! trip of logarithm and exponential.
 
 use bevy_clay::sim::frame::FrameReport;
 use bevy_clay::sim::oracle::Oracle;
@@ -58,8 +59,8 @@ fn distance(a: DMat3, b: DMat3) -> f64 {
     (a - b).to_cols_array().iter().fold(0.0, |most, entry| entry.abs().max(most))
 }
 
-/// What a deformation gradient's closed path takes from the world per rest volume [J/m^3]: the work, the energy left in the clay, and
-/// what flow dissipated, step by step.
+/// What a deformation gradient's closed path takes from the world per rest volume [J/m^3]: the work, the
+/// energy left in the clay, and what flow dissipated, step by step.
 struct Cycle {
     work: f64,
     stored: f64,
@@ -67,7 +68,8 @@ struct Cycle {
     least: f64,
 }
 
-/// The path `F(s) = I + A sin(2 pi s) + B (1 - cos(2 pi s))` in `steps`; work by the midpoint rule, second order in the step.
+/// The path `F(s) = I + A sin(2 pi s) + B (1 - cos(2 pi s))` in `steps`; work by the midpoint rule, second
+/// order in the step.
 fn cycle(yield_stress: f64, a: DMat3, b: DMat3, steps: u32) -> Cycle {
     let clay = material(CLAY);
     let at = |step: u32| {
@@ -92,7 +94,8 @@ fn cycle(yield_stress: f64, a: DMat3, b: DMat3, steps: u32) -> Cycle {
 }
 
 proptest! {
-    /// The law knows no direction and no spin: a step seen from a turned frame is the step turned, and a rotation after the step turns its result.
+    /// The law knows no direction and no spin: a step seen from a turned frame is the step turned, and a
+    /// rotation after the step turns its result.
     #[test]
     fn law_is_objective(e in strain(0.2), l in matrix(0.05), r in rotation(), sy in 1e3f64..1e5) {
         let turned = |m: DMat3| r * m * r.transpose();
@@ -114,7 +117,8 @@ proptest! {
         prop_assert!(distance(stress * e, e * stress) < 1e-12 * CLAY.0);
     }
 
-    /// The return keeps J, ends on the yield surface, and takes energy: `tau : (H_trial - H) = sqrt(3/2) |dev tau| da = sY da >= 0`.
+    /// The return keeps J, ends on the yield surface, and takes energy:
+    /// `tau : (H_trial - H) = sqrt(3/2) |dev tau| da = sY da >= 0`.
     #[test]
     fn return_keeps_volume_and_dissipates(e in strain(0.2), l in matrix(0.05), sy in 1e3f64..1e5) {
         let trial = advance(f64::INFINITY, e, l).elastic_strain;
@@ -129,7 +133,8 @@ proptest! {
         prop_assert!((lost - sy * after.plastic_strain).abs() < 1e-12 * CLAY.0, "{lost}");
     }
 
-    /// A closed path of elastic clay takes no work; one of yielding clay takes what flow dissipates and what stays in it, and never gives any.
+    /// A closed path of elastic clay takes no work; one of yielding clay takes what flow dissipates and what
+    /// stays in it, and never gives any.
     #[test]
     fn closed_path_never_gives_work(a in matrix(0.1), b in matrix(0.1)) {
         let elastic = cycle(f64::INFINITY, a, b, 200);
@@ -153,7 +158,8 @@ proptest! {
     }
 }
 
-/// A lone particle in the middle of a room, anywhere in its cell, in linear motion; the stress it has is none.
+/// A lone particle in the middle of a room, anywhere in its cell, in linear motion; the stress it has is
+/// none.
 fn lone(offset: DVec3, velocity: DVec3, affine: DMat3) -> Snapshot {
     let mut particle = Particle::at(DVec3::splat(8.0) + offset, (DX.powi(3) / 8.0) as f32, 0);
     lab::set_velocity(&mut particle, velocity);
@@ -161,8 +167,9 @@ fn lone(offset: DVec3, velocity: DVec3, affine: DMat3) -> Snapshot {
     snapshot(room([12; 3], Wall::Separate), lab::elastic(0.3), vec![particle])
 }
 
-/// Node velocities of a lone particle are `v + C (x_i - x_p)`, so that one substep gives `v sum w + C sum w arm` for the velocity and
-/// `4 (v sum w arm + C sum w arm arm^T)` for the affine: both as they were if and only if the moments are 1, 0 and I / 4.
+/// Node velocities of a lone particle are `v + C (x_i - x_p)`, so that one substep gives
+/// `v sum w + C sum w arm` for the velocity and `4 (v sum w arm + C sum w arm arm^T)` for the affine: both as
+/// they were if and only if the moments are 1, 0 and I / 4.
 fn check_moments(
     before: &Particle,
     after: &Particle,

@@ -66,7 +66,8 @@ fn assert_sound(mesh: &ImportedMesh, volume: f64) {
 #[test]
 fn nodes_place_their_meshes() {
     let (mut root, numbers) = scene_of(&tetrahedron());
-    // Twice as large and moved; mirrored below it, so that the triangles have to be turned; a node of another scene.
+    // Twice as large and moved; mirrored below it, so that the triangles have to be turned; a node of another
+    // scene.
     root["nodes"] = json!([
         {"scale": [2, 2, 2], "rotation": [0, 0.707_106_77, 0, 0.707_106_77], "translation": [10, 0, 0], "mesh": 0, "children": [1]},
         {"matrix": [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 0, -5, 0, 1], "mesh": 0},
@@ -90,7 +91,8 @@ fn nodes_place_their_meshes() {
     assert_eq!(load(&root, &numbers).expect("three").triangles.len(), 12);
 }
 
-/// Primitives that share their numbers make many triangles out of a small file, whichever way they pass them; they are refused before there are so many.
+/// Primitives that share their numbers make many triangles out of a small file, whichever way they pass them;
+/// they are refused before there are so many.
 #[test]
 fn scene_of_too_many_triangles_is_refused() {
     let (mut root, numbers) = scene_of(&tetrahedron());

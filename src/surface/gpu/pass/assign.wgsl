@@ -1,6 +1,6 @@
-// Planes for the cuts with clay on both sides, by number; workgroups of the passes that go by blocks: 0 fields, and of what is left out if
-// nothing has changed 4 all slots, 8 blocks to be extracted, 12 once, 16 blocks to be written if there is room for the mesh; 20, particles if there
-// are grains, by another pass.
+// Planes for the cuts with clay on both sides, by number; workgroups of the passes that go by blocks: 0
+// fields, and of what is left out if nothing has changed 4 all slots, 8 blocks to be extracted, 12 once, 16
+// blocks to be written if there is room for the mesh; 20, particles if there are grains, by another pass.
 
 @group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
 @group(0) @binding(18) var<storage, read_write> planes: array<u32>; // sheet -> 1 + its number among those with fields

@@ -1,4 +1,5 @@
-// A ball for each grain, behind the surface's vertices and indices, in the order of the particles: the polyhedra of balls.rs. Remembers the grains.
+// A ball for each grain, behind the surface's vertices and indices, in the order of the particles: the
+// polyhedra of balls.rs. Remembers the grains.
 
 @group(0) @binding(13) var<storage, read_write> vertices: array<u32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;

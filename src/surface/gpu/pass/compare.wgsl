@@ -1,4 +1,5 @@
-// Which blocks have other values than at their last extraction, and on which sides of them. A block that is not there has zeros.
+// Which blocks have other values than at their last extraction, and on which sides of them. A block that is
+// not there has zeros.
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
@@ -6,7 +7,8 @@
 @group(0) @binding(11) var<storage, read> kept_blocks: array<u32>;
 @group(0) @binding(24) var<storage, read_write> changes: array<atomic<u32>>; // by entry: bit 0, and for each axis that the block before, the block behind sees it
 
-// A block sees 2 nodes of the one behind it, its face's and those that slopes there need, and 1 of the one before.
+// A block sees 2 nodes of the one behind it, its face's and those that slopes there need, and 1 of the one
+// before.
 fn sides_of(j: u32) -> u32 {
     let n = vec3u(j & 7u, (j >> 3u) & 7u, j >> 6u);
     let sides = select(vec3u(0u), vec3u(1u), n < vec3u(2u)) | select(vec3u(0u), vec3u(2u), n == vec3u(7u));

@@ -1,4 +1,5 @@
-// Vertices and indices of each block. Vertices on a block's faces stand in each block that has them, with the same bits.
+// Vertices and indices of each block. Vertices on a block's faces stand in each block that has them, with the
+// same bits.
 
 @group(0) @binding(10) var<storage, read> kept: array<f32>;
 @group(0) @binding(12) var<storage, read> regions: array<Region>;

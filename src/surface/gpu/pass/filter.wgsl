@@ -1,4 +1,5 @@
-// Raw sums -> field of one block and plane: refinement and blur, one axis after the other, in place in workgroup memory.
+// Raw sums -> field of one block and plane: refinement and blur, one axis after the other, in place in
+// workgroup memory.
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(7) var<storage, read> raw: array<i32>;

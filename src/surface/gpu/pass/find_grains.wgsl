@@ -1,4 +1,5 @@
-// Particles that the surface does not show: how far f is below GRAIN_FIELD thresholds at each, of that. How many there are in each workgroup.
+// Particles that the surface does not show: how far f is below GRAIN_FIELD thresholds at each, of that. How
+// many there are in each workgroup.
 
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
 @group(0) @binding(19) var<storage, read_write> grains: array<f32>; // densities, which become shares, 0 within the surface

@@ -1,4 +1,5 @@
-// Grains before those of each workgroup; how many there are in all. Workgroups of the pass that draws them: none if there is nothing to draw.
+// Grains before those of each workgroup; how many there are in all. Workgroups of the pass that draws them:
+// none if there is nothing to draw.
 
 @group(0) @binding(17) var<storage, read_write> dispatch: array<u32>;
 @group(0) @binding(21) var<storage, read_write> grain_counts: array<u32>;

@@ -1,4 +1,5 @@
-// Takes the values of blocks that have others. Rules 1 to 3: who owns a node, its own value, whether it is inside.
+// Takes the values of blocks that have others. Rules 1 to 3: who owns a node, its own value, whether it is
+// inside.
 
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
 @group(0) @binding(9) var<storage, read_write> cells: array<u32>;

@@ -1,5 +1,6 @@
-// Where the vertices and triangles of each block stand, and how many there are with the balls behind them; room for all, or none. A block
-// that outgrows its region gets another behind all others; when those left take too much, all are laid out anew, without slack if need be.
+// Where the vertices and triangles of each block stand, and how many there are with the balls behind them;
+// room for all, or none. A block that outgrows its region gets another behind all others; when those left
+// take too much, all are laid out anew, without slack if need be.
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(12) var<storage, read_write> regions: array<Region>;
@@ -19,7 +20,8 @@ fn is_outgrown(region: Region) -> bool {
     return any(region.count > region.room);
 }
 
-// Sums of a lane's blocks: of the regions for those that outgrew theirs, of those for all, of what is in them.
+// Sums of a lane's blocks: of the regions for those that outgrew theirs, of those for all, of what is in
+// them.
 fn add_up(k: u32, first: u32, last: u32) {
     var grown = vec2u(0u);
     var room = vec2u(0u);

@@ -1,4 +1,5 @@
-// Indices of the extraction before, behind those of this one, and of whatever stood there before where that is not known: triangles of no size.
+// Indices of the extraction before, behind those of this one, and of whatever stood there before where that
+// is not known: triangles of no size.
 
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 

@@ -1,4 +1,5 @@
-// Weights of the particles: volume times what those that stand free weigh more; nothing for small clusters, where grains are drawn.
+// Weights of the particles: volume times what those that stand free weigh more; nothing for small clusters,
+// where grains are drawn.
 
 @group(0) @binding(6) var<storage, read_write> weights: array<f32>;
 @group(0) @binding(19) var<storage, read_write> grains: array<f32>; // density at each particle, 0 for those left out

@@ -1,4 +1,5 @@
-//! Cuts: nothing passes through the blade, the cut stays when the blade leaves, nothing changes sides at rest.
+//! Cuts: nothing passes through the blade, the cut stays when the blade leaves, nothing changes sides at
+//! rest.
 
 use crate::lab::{
     Lab, Mover, Random, Size, block, elastic, jitter, place, room, room_with, set_velocity, snapshot, stable_step, velocity,
@@ -14,8 +15,8 @@ pub fn along_x() -> DQuat {
     DQuat::from_rotation_y(FRAC_PI_2)
 }
 
-/// Depth beyond the blade's plane from which a particle counts as through [cells]: clay pressed against the blade stands
-/// up to a substep's travel behind it until the next substep puts it back.
+/// Depth beyond the blade's plane from which a particle counts as through [cells]: clay pressed against the
+/// blade stands up to a substep's travel behind it until the next substep puts it back.
 pub const DEPTH: f64 = 0.1;
 
 /// Counts particles that go through the rectangle, from positions alone.
@@ -25,14 +26,16 @@ pub struct Witness {
     depth: f64,
     /// Side of the plane on which each particle last was clear of it; 0 beside the rectangle.
     side: Vec<i8>,
-    /// Side on which each first was clear of it since it last was beside the rectangle, and the greatest depth beyond the plane from there.
+    /// Side on which each first was clear of it since it last was beside the rectangle, and the greatest
+    /// depth beyond the plane from there.
     home: Vec<(i8, f64)>,
     is_through: Vec<bool>,
     leaked: usize,
 }
 
 impl Witness {
-    /// For `count` particles and a rectangle; one is through from `depth` beyond the plane. All in the unit of the places to be watched.
+    /// For `count` particles and a rectangle; one is through from `depth` beyond the plane. All in the unit
+    /// of the places to be watched.
     pub fn new(half_width: f64, half_height: f64, depth: f64, count: usize) -> Self {
         let (side, home, is_through) = (vec![0; count], vec![(0, 0.0); count], vec![false; count]);
         Self { half_width, half_height, depth, side, home, is_through, leaked: 0 }
@@ -52,8 +55,9 @@ impl Witness {
         q.x.abs() <= self.half_width && q.y.abs() <= self.half_height
     }
 
-    /// Watches one frame of one substep in which a particle went from `before` to `after`, both in the blade's frame then [m]. If the
-    /// engine cut the frame into several (`is_cut_up`), the way between is not known, and only what ends at the rectangle is counted.
+    /// Watches one frame of one substep in which a particle went from `before` to `after`, both in the
+    /// blade's frame then [m]. If the engine cut the frame into several (`is_cut_up`), the way between is not
+    /// known, and only what ends at the rectangle is counted.
     pub fn watch(&mut self, index: usize, before: DVec3, after: DVec3, is_cut_up: bool) {
         let sign = |q: DVec3| if q.z < 0.0 { -1 } else { 1 };
         self.measure(index, before, after);
@@ -66,7 +70,8 @@ impl Witness {
         let foot = if crossed && !is_cut_up { before.lerp(after, before.z / (before.z - after.z)) } else { after };
         let from = match self.side[index] {
             _ if !self.is_inside(foot) => 0,
-            // It came from beside the rectangle, or stands at the plane since the start: only this substep's crossing is sure.
+            // It came from beside the rectangle, or stands at the plane since the start: only this substep's
+            // crossing is sure.
             0 if crossed => sign(before),
             side => side,
         };
@@ -75,7 +80,8 @@ impl Witness {
             self.is_through[index] = true;
             self.side[index] = sign(after);
         } else if !self.is_inside(before) && self.is_inside(after) {
-            // It came round the rim, or from beside it through the plane, by less than counts: then it belongs where it came from.
+            // It came round the rim, or from beside it through the plane, by less than counts: then it
+            // belongs where it came from.
             self.side[index] = if crossed && self.is_inside(foot) { sign(before) } else { sign(after) };
         }
     }
@@ -170,7 +176,8 @@ struct Halves {
     cutting: CuttingMethod,
 }
 
-/// Momentum of a half after the blade has left and the halves were pulled apart, of that which they were given.
+/// Momentum of a half after the blade has left and the halves were pulled apart, of that which they were
+/// given.
 pub fn kept_when_pulled(cutting: CuttingMethod) -> f64 {
     let halves = Halves::new(cutting);
     halves.pull(&halves.cut).0
@@ -196,7 +203,8 @@ impl Halves {
         place(p).x > self.at.x
     }
 
-    /// Pulls at clay that stands as the cut one does: what the front half keeps of its momentum, and the clay afterwards.
+    /// Pulls at clay that stands as the cut one does: what the front half keeps of its momentum, and the clay
+    /// afterwards.
     fn pull(&self, clay: &[Particle]) -> (f64, Vec<Particle>) {
         let speed = 0.01 * self.material.wave_speed(self.material.density);
         let mut clay = clay.to_vec();
@@ -237,7 +245,8 @@ pub fn at_rest(size: Size) -> Vec<Row> {
     let domain = room_with([20, 16, 16], walls);
     let material = Preset::SoftClay.material();
     let mut particles = block(DVec3::new(5.0, 0.0, 4.0), IVec3::new(10, 8, 8));
-    // Some particles stand at the blade's plane and are pressed against it: without memory they would change sides.
+    // Some particles stand at the blade's plane and are pressed against it: without memory they would change
+    // sides.
     jitter(&mut particles, 0.24, 5);
     let mut random = Random::new(5);
     let speed = 1e-2 * material.wave_speed(material.density);

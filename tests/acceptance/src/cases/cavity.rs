@@ -1,12 +1,14 @@
-//! A spherical cavity grows in an elastoplastic ball, as an octant between slip walls, against the 1-D problem solved beside it.
+//! A spherical cavity grows in an elastoplastic ball, as an octant between slip walls, against the 1-D
+//! problem solved beside it.
 
 use crate::lab::{DX, Lab, Mover, Size, carved, place, room_with, snapshot, stable_step};
 use crate::report::Row;
 use bevy_clay::sim::prelude::*;
 use glam::{DMat3, DQuat, DVec3, IVec3};
 
-/// A spherical shell of Hencky clay with von Mises plasticity whose cavity was pushed from radius `inner` to `grown`, lengths in any one unit.
-/// Symmetry keeps the principal axes and the direction of the deviator, so the state follows from the deformation alone.
+/// A spherical shell of Hencky clay with von Mises plasticity whose cavity was pushed from radius `inner` to
+/// `grown`, lengths in any one unit. Symmetry keeps the principal axes and the direction of the deviator, so
+/// the state follows from the deformation alone.
 struct Shell {
     material: ClayMaterial,
     inner: f64,
@@ -26,8 +28,9 @@ struct Point {
 }
 
 impl Shell {
-    /// Radial stretch, volume ratio and stress difference `tau_tt - tau_rr` where the radial Cauchy stress is `stress`:
-    /// `J sigma_rr = K ln J - 2/3 min(2 mu (ln l_t - ln l_r), sY)` by bisection, for it grows with `l_r` while the clay is far from the stress `K`.
+    /// Radial stretch, volume ratio and stress difference `tau_tt - tau_rr` where the radial Cauchy stress is
+    /// `stress`: `J sigma_rr = K ln J - 2/3 min(2 mu (ln l_t - ln l_r), sY)` by bisection, for it grows with
+    /// `l_r` while the clay is far from the stress `K`.
     fn stretch(&self, at: Point) -> (f64, f64, f64) {
         let m = &self.material;
         let hoop = (at.radius / at.rest).ln();
@@ -45,7 +48,8 @@ impl Shell {
         (low.exp(), ratio, difference)
     }
 
-    /// Rates per rest radius of radius and stress: `dr / dR = l_r`, `d sigma_rr / dr = 2 (sigma_tt - sigma_rr) / r`.
+    /// Rates per rest radius of radius and stress: `dr / dR = l_r`,
+    /// `d sigma_rr / dr = 2 (sigma_tt - sigma_rr) / r`.
     fn slope(&self, at: Point) -> (f64, f64) {
         let (radial, ratio, difference) = self.stretch(at);
         (radial, radial * 2.0 * difference / (ratio * at.radius))
@@ -92,7 +96,8 @@ fn mean_stress(points: &[Point], from: f64, to: f64) -> f64 {
 fn radial_stress(material: &ClayMaterial, p: &Particle) -> f64 {
     let [xx, yy, zz, xy, xz, yz] = p.elastic_strain.map(f64::from);
     let e = DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz));
-    // ln(I + E) / 2 by its series: the elastic strain is a few parts of a hundred, the fifth power below 1e-7.
+    // ln(I + E) / 2 by its series: the elastic strain is a few parts of a hundred, the fifth power below
+    // 1e-7.
     let hencky = (e - e * e * 0.5 + e * e * e / 3.0 - e * e * e * e * 0.25) * 0.5;
     let normal = place(p).normalize();
     let trace = hencky.x_axis.x + hencky.y_axis.y + hencky.z_axis.z;

@@ -1,5 +1,5 @@
-//! The scene in which the law as published fails: a block stands on a sticky floor under its weight with a tool at its top, in a slab 4 cells thick
-//! between slip walls (plane strain).
+//! The scene in which the law as published fails: a block stands on a sticky floor under its weight with a
+//! tool at its top, in a slab 4 cells thick between slip walls (plane strain).
 
 use crate::lab::Lab;
 use bevy_clay::sim::params::WALL_NODE;
@@ -19,7 +19,8 @@ const DATUM: f64 = 3.0;
 /// What touches the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
-    /// A strip without thickness half-way between two layers of nodes: no node comes near enough for contact, only Eq. 4-5 know of it.
+    /// A strip without thickness half-way between two layers of nodes: no node comes near enough for contact,
+    /// only Eq. 4-5 know of it.
     Strip,
     /// A rod along the slab.
     Rod,
@@ -39,7 +40,8 @@ pub struct Collapse {
     pub tool_work: f64,
 }
 
-/// Particles along an edge of the block of 0.4 m: an odd number, so that its top lies half-way between two layers of nodes.
+/// Particles along an edge of the block of 0.4 m: an odd number, so that its top lies half-way between two
+/// layers of nodes.
 fn edge(cells_per_metre: i32) -> i32 {
     (0.4 * f64::from(cells_per_metre)).floor() as i32 * 2 + 1
 }
@@ -109,7 +111,8 @@ impl Collapse {
         report.energies.kinetic + particles.iter().map(of).sum::<f64>()
     }
 
-    /// Elastic energy per volume [J/m^3]: `mu |H|^2 + lambda tr(H)^2 / 2`, for a strain that is plane as the scene is.
+    /// Elastic energy per volume [J/m^3]: `mu |H|^2 + lambda tr(H)^2 / 2`, for a strain that is plane as the
+    /// scene is.
     fn elastic_density(&self, p: &Particle) -> f64 {
         let [xx, yy, zz, xy, ..] = p.elastic_strain.map(f64::from);
         let greatest = 1.0 + 0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy);
@@ -119,7 +122,8 @@ impl Collapse {
         self.material.lame_mu() * square + 0.5 * self.material.lame_lambda() * trace * trace
     }
 
-    /// Mean drop [m] of the block's upper corners, particles within 2 cells of a side and one of the top, since `start`.
+    /// Mean drop [m] of the block's upper corners, particles within 2 cells of a side and one of the top,
+    /// since `start`.
     pub fn corner_drop(&self, start: &[Particle], now: &[Particle]) -> f64 {
         let middle = ROOM / 2.0 / self.domain.cell_width + f64::from(WALL_NODE);
         let is_corner = |p: &Particle| {

@@ -1,4 +1,5 @@
-//! A cone pressed into clay: geometrically similar at every depth, so its force grows with the square of the depth.
+//! A cone pressed into clay: geometrically similar at every depth, so its force grows with the square of the
+//! depth.
 
 use crate::lab::{DX, Lab, Mover, Size, block, room_with, snapshot, stable_step};
 use crate::report::Row;
@@ -8,12 +9,14 @@ use glam::{DQuat, DVec3, IVec3};
 /// Depths between which the exponent is fitted [cells].
 const DEPTHS: (f64, f64) = (4.0, 12.0);
 
-/// A quarter of a frictionless cone of 45 degrees between its axis and its slant, in a quarter of a block; symmetry at all walls.
+/// A quarter of a frictionless cone of 45 degrees between its axis and its slant, in a quarter of a block;
+/// symmetry at all walls.
 pub fn indentation(size: Size) -> Vec<Row> {
     if size != Size::Full {
         return vec![];
     }
-    // Walls 3.3 greatest depths away, at 40 cells, raise the exponent to 2.07, whatever the cell: their pressure grows with the cone.
+    // Walls 3.3 greatest depths away, at 40 cells, raise the exponent to 2.07, whatever the cell: their
+    // pressure grows with the cone.
     let clay = IVec3::new(56, 44, 56);
     let top = f64::from(clay.y);
     let domain = room_with([clay.x, clay.y + 8, clay.z], Walls { low: [Wall::Slip; 3], high: [Wall::Slip; 3] });

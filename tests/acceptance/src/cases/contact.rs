@@ -31,8 +31,9 @@ pub fn momentum(size: Size) -> Vec<Row> {
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Separate], high: [Wall::Slip; 3] };
     let domain = room_with([16, 16, 16], walls);
     let clay = snapshot(domain, Preset::SoftClay.material(), block(DVec3::ZERO, IVec3::new(9, 7, 9)));
-    // Rounding. Native: nodes at tools and walls are worked out in f64. GPU: all is f32, with node sums in fixed point of 31 bits for the greatest sum the
-    // frame admits: 1e-6 a substep, and 1e-5 for a frame whose errors all lean one way.
+    // Rounding. Native: nodes at tools and walls are worked out in f64. GPU: all is f32, with node sums in
+    // fixed point of 31 bits for the greatest sum the frame admits: 1e-6 a substep, and 1e-5 for a frame
+    // whose errors all lean one way.
     let limit = if lab::is_gpu() { 1e-5 } else { 1e-6 };
     let mut rows = vec![];
     let mut mass_error = 0.0f64;
@@ -92,8 +93,8 @@ pub fn separating_floor(_: Size) -> Vec<Row> {
     ]
 }
 
-/// A ball and a box face are pressed slowly into clay: how far the clay's outer faces, a quarter cell beyond its top particles,
-/// stay from the drawn surface.
+/// A ball and a box face are pressed slowly into clay: how far the clay's outer faces, a quarter cell beyond
+/// its top particles, stay from the drawn surface.
 pub fn tool_offset(size: Size) -> Vec<Row> {
     let cells = size.pick(16, 20, 28);
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
@@ -101,7 +102,8 @@ pub fn tool_offset(size: Size) -> Vec<Row> {
     let material = Preset::SoftClay.material();
     let middle = f64::from(cells) / 2.0;
     let depth = 2.0;
-    // The tool comes from where it cannot touch yet: else clay that is held off too far would only keep its first distance.
+    // The tool comes from where it cannot touch yet: else clay that is held off too far would only keep its
+    // first distance.
     const CLEAR: f64 = 2.0;
     let press = |shape: ToolShape, reach: f64| {
         let particles = block(DVec3::ZERO, IVec3::new(cells, 10, cells));

@@ -43,8 +43,8 @@ impl Cut {
 fn best_normal(points: &[DVec3], near: DVec3) -> DVec3 {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
     let (u, v) = near.any_orthonormal_pair();
-    // Height over the plane as a linear function of the places on it: the lattice is symmetric enough for sums without cross terms to be a start, and a few
-    // steps of Gauss-Seidel for the rest.
+    // Height over the plane as a linear function of the places on it: the lattice is symmetric enough for
+    // sums without cross terms to be a start, and a few steps of Gauss-Seidel for the rest.
     let (mut a, mut b) = (0.0, 0.0);
     for _ in 0..50 {
         let rest = |p: &DVec3| (*p - middle).dot(near) - a * (*p - middle).dot(u) - b * (*p - middle).dot(v);
@@ -83,7 +83,8 @@ impl Press {
         Self { lab, plates: [plate(4.0, -1.0), plate(4.0 + f64::from(LENGTH), 1.0)], places, welded: 0 }
     }
 
-    /// Moves the second plate by `way` [cells] in `steps` substeps, waits as long, and returns the force on it [N].
+    /// Moves the second plate by `way` [cells] in `steps` substeps, waits as long, and returns the force on
+    /// it [N].
     fn moved(&mut self, way: DVec3, steps: u32) -> DVec3 {
         let shape = ToolShape::Box { half_size: DVec3::new(3.0, 6.0, 6.0) };
         let tool = Tool { shape: shape.scaled(DX), contact: Contact::Stick };
@@ -132,7 +133,8 @@ fn travel() -> f64 {
     STRAIN * (f64::from(LENGTH) - 2.0 * GRIP)
 }
 
-/// Planes through the block: upright and tilted by up to 10 degrees (friction holds them to 26), at and between nodes.
+/// Planes through the block: upright and tilted by up to 10 degrees (friction holds them to 26), at and
+/// between nodes.
 fn cuts(size: Size) -> Vec<Cut> {
     let all = [(0.25, 0.17, 0.0), (0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.1, -0.1, 0.12), (0.37, 0.0, -0.17)];
     let count = size.pick(1, 1, 5);
@@ -175,7 +177,8 @@ pub fn closed(size: Size) -> Vec<Row> {
     ]
 }
 
-/// Sides that have grown together when a cut has been pressed at 0.76 k for half of the 0.3 s that it takes, most of them in frames of half a millisecond.
+/// Sides that have grown together when a cut has been pressed at 0.76 k for half of the 0.3 s that it takes,
+/// most of them in frames of half a millisecond.
 fn welded_early(cut: Cut, seed: u64) -> u64 {
     const STEPS: u32 = 400;
     const HALF: f64 = 0.15;
@@ -188,7 +191,8 @@ fn welded_early(cut: Cut, seed: u64) -> u64 {
     press.welded
 }
 
-/// A cut that is pressed at 0.76 k for as long as it takes is whole clay again; one that may not grow together is not.
+/// A cut that is pressed at 0.76 k for as long as it takes is whole clay again; one that may not grow
+/// together is not.
 pub fn welded(size: Size) -> Vec<Row> {
     let steps = size.pick(400, 400, 600);
     // What grows together almost at a touch takes a sixth of the time.

@@ -14,7 +14,8 @@ const SLAB: i32 = 4;
 const STRENGTH: f64 = 5e3;
 /// Rigidity index G / k [-]: clay yields along the flank within a tenth of a cell's travel.
 const RIGIDITY: f64 = 100.0;
-/// The blade's plane beside the nodes' [cells]: between two layers of particles, and neither on a node nor half-way between two.
+/// The blade's plane beside the nodes' [cells]: between two layers of particles, and neither on a node nor
+/// half-way between two.
 const OFFSET: f64 = 0.1;
 /// Depth from which the force counts [cells]: below it the surface dips.
 const SHALLOW: f64 = 2.0;
@@ -102,8 +103,9 @@ fn exponent(points: &[[f64; 2]]) -> f64 {
     candidates.min_by(|a, b| fit(points, *a).1.total_cmp(&fit(points, *b).1)).unwrap_or(f64::NAN)
 }
 
-/// A blade without thickness has no edge to bear on clay, its flanks bear the clay's shear strength: `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without
-/// friction. Rigid and plastic clay holds it as much on its way out.
+/// A blade without thickness has no edge to bear on clay, its flanks bear the clay's shear strength:
+/// `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without friction. Rigid and plastic clay holds it as much
+/// on its way out.
 pub fn force(size: Size) -> Vec<Row> {
     let cut = Cut::new(size);
     let counted = |curve: &Curve| -> Vec<[f64; 2]> { curve.press.iter().copied().filter(|p| p[0] > SHALLOW).collect() };

@@ -6,7 +6,8 @@ use bevy_clay::sim::prelude::*;
 use glam::{DVec3, IVec3};
 use std::f64::consts::PI;
 
-/// Relative frequency error and damping ratio of the first axial mode of a free bar of `cells` x 4 x 4 cells, nu = 0: `f = c / (2 L)`.
+/// Relative frequency error and damping ratio of the first axial mode of a free bar of `cells` x 4 x 4 cells,
+/// nu = 0: `f = c / (2 L)`.
 fn vibrate(cells: i32) -> (f64, f64) {
     let material = elastic(0.0);
     let c = material.wave_speed(material.density);
@@ -55,8 +56,8 @@ fn damping_ratio(amplitude: &[f64], dt: f64, period: f64) -> f64 {
     -(peak(last) / peak(1)).ln() / f64::from(last - 1) / PI
 }
 
-/// The bar at two or three resolutions. Limits at 32 cells; at 16 they are those times 4 (order 2) and 8 (order 3). The order is that from the coarsest
-/// to the finest.
+/// The bar at two or three resolutions. Limits at 32 cells; at 16 they are those times 4 (order 2) and 8
+/// (order 3). The order is that from the coarsest to the finest.
 pub fn bar(size: Size) -> Vec<Row> {
     let lengths: &[i32] = size.pick(&[8, 16], &[8, 16], &[16, 32, 64]);
     let found: Vec<(i32, f64, f64)> = lengths
@@ -83,7 +84,8 @@ fn stretch(modulus: f64, load: f64) -> f64 {
     (0..50).fold(1.0, |l: f64, _| l - (modulus * l.ln() / l + load) / (modulus * (1.0 - l.ln()) / (l * l)))
 }
 
-/// Clay between slip walls on a slip floor, under gravity that grows and stays, with `rho g H / M = 0.0147` as in the reference computation.
+/// Clay between slip walls on a slip floor, under gravity that grows and stays, with `rho g H / M = 0.0147`
+/// as in the reference computation.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
     /// Height H [cells].
@@ -147,7 +149,8 @@ impl Column {
     }
 }
 
-/// Relative L2 errors of displacement and stress of a column under its own weight; `rest` are the heights at rest [m].
+/// Relative L2 errors of displacement and stress of a column under its own weight; `rest` are the heights at
+/// rest [m].
 fn column_errors(material: &ClayMaterial, height: f64, rest: &[f64], particles: &[Particle]) -> (f64, f64) {
     let modulus = material.lame_lambda() + 2.0 * material.lame_mu();
     let (mut du, mut uu, mut ds, mut ss) = (0.0, 0.0, 0.0, 0.0);
@@ -180,7 +183,8 @@ pub fn column(size: Size) -> Vec<Row> {
         frames: 100,
     };
     let settled = column.settle();
-    // Reference computation, f64 in the plane: 7.8e-4 and 1.1e-2 at 16 cells, 9.6e-4 and 2.2e-2 at 8; half as much again is let pass.
+    // Reference computation, f64 in the plane: 7.8e-4 and 1.1e-2 at 16 cells, 9.6e-4 and 2.2e-2 at 8; half as
+    // much again is let pass.
     let (u_limit, stress_limit) = size.pick((1.44e-3, 3.3e-2), (1.17e-3, 1.65e-2), (1e-3, 1e-2));
     let name = |what: &str| format!("column of {cells} cells: {what}");
     let mut rows = vec![
@@ -190,7 +194,8 @@ pub fn column(size: Size) -> Vec<Row> {
     if !lab::is_gpu() {
         let clamped = Column { clamped_walls: true, ..column }.settle();
         let (displacement, stress) = (clamped.displacement / settled.displacement, clamped.stress / settled.stress);
-        // Displacement is first order against second, stress half an order against first: the stress parts less, least on few cells.
+        // Displacement is first order against second, stress half an order against first: the stress parts
+        // less, least on few cells.
         rows.push(Row::at_least(name("displacement, clamped over mirrored error"), displacement, "-", 5.0));
         rows.push(Row::at_least(name("stress, clamped over mirrored error"), stress, "-", 3.0));
     }

@@ -1,7 +1,8 @@
 //! Hertz's contact: an elastic ball between two flat rigid plates, as an octant between slip walls.
 //!
-//! Hertz's half space has no end; of a ball between two plates each contact feels the other, which Tatara added (1991, "On compression of rubber elastic sphere over a
-//! large range of displacements", J. Eng. Mater. Technol. 113): at depths of 1 to 5 % of the radius the force is 6 to 12 % above Hertz's.
+//! Hertz's half space has no end; of a ball between two plates each contact feels the other, which Tatara
+//! added (1991, "On compression of rubber elastic sphere over a large range of displacements", J. Eng. Mater.
+//! Technol. 113): at depths of 1 to 5 % of the radius the force is 6 to 12 % above Hertz's.
 
 use crate::lab::{DX, Lab, Mover, Size, carved, elastic, room_with, snapshot, wave_step};
 use crate::report::Row;
@@ -49,8 +50,10 @@ fn forces(material: &ClayMaterial) -> Option<Vec<f64>> {
     Some(found)
 }
 
-/// Force [N] of a plate pressed `depth` [cells] into the ball: Hertz's `d = (F / (4/3 E* sqrt(R)))^(2/3)`, less what the far plate's force lifts the contact,
-/// `F f(a) / (pi E)` with `f(a) = 2 (1 + nu) R^2 / (a^2 + 4 R^2)^1.5 + (1 - nu^2) / (a^2 + 4 R^2)^0.5` and `a^3 = 3 (1 - nu^2) F R / (4 E)`.
+/// Force [N] of a plate pressed `depth` [cells] into the ball: Hertz's `d = (F / (4/3 E* sqrt(R)))^(2/3)`,
+/// less what the far plate's force lifts the contact, `F f(a) / (pi E)` with
+/// `f(a) = 2 (1 + nu) R^2 / (a^2 + 4 R^2)^1.5 + (1 - nu^2) / (a^2 + 4 R^2)^0.5` and
+/// `a^3 = 3 (1 - nu^2) F R / (4 E)`.
 fn tatara(material: &ClayMaterial, depth: f64) -> f64 {
     let (e, nu, r) = (material.young_modulus, material.poisson_ratio, RADIUS * DX);
     let compliance = 1.0 - nu * nu;
@@ -89,7 +92,8 @@ fn exponent(forces: &[f64]) -> f64 {
     xy / xx
 }
 
-/// Exponent, offset and force: against Hertz's half space, as it stands in the books, and against the ball between two plates.
+/// Exponent, offset and force: against Hertz's half space, as it stands in the books, and against the ball
+/// between two plates.
 pub fn contact(size: Size) -> Vec<Row> {
     if size != Size::Full {
         return vec![];

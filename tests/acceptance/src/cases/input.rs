@@ -1,4 +1,5 @@
-//! Bad input: what is not finite, empty, or no deformation at all is named, counted, and contained within the frame.
+//! Bad input: what is not finite, empty, or no deformation at all is named, counted, and contained within the
+//! frame.
 
 use crate::lab::{DX, Lab, Mover, Random, Size, block, elastic, is_sound, room, snapshot, stable_step};
 use crate::report::Row;
@@ -30,7 +31,8 @@ fn cube() -> Vec<Particle> {
     block(DVec3::new(4.0, 0.0, 4.0), IVec3::splat(4))
 }
 
-/// Particles not finite in any of their fields are left out, told by their ids, and change nothing for the others.
+/// Particles not finite in any of their fields are left out, told by their ids, and change nothing for the
+/// others.
 fn quarantine() -> Vec<Row> {
     const FIELDS: [fn(&mut Particle) -> &mut f32; 7] = [
         |p| &mut p.offset[2],
@@ -165,7 +167,8 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(q.normalize())
 }
 
-/// Deformation gradients with determinants in [-1, 1]: random ones, and the `kind` that a decomposition may stumble over.
+/// Deformation gradients with determinants in [-1, 1]: random ones, and the `kind` that a decomposition may
+/// stumble over.
 fn gradient(kind: usize, random: &mut Random) -> DMat3 {
     let (left, right) = (rotation(random), rotation(random));
     let with = |s: DVec3| left * DMat3::from_diagonal(s) * right;
@@ -191,15 +194,16 @@ fn left_cauchy_green(p: &Particle) -> DMat3 {
     DMat3::IDENTITY + DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
 }
 
-/// Whether all principal stretches lie in `low`..`high`, by Sylvester's criterion on `b - low^2 I` and `high^2 I - b`.
+/// Whether all principal stretches lie in `low`..`high`, by Sylvester's criterion on `b - low^2 I` and
+/// `high^2 I - b`.
 fn is_within(b: DMat3, low: f64, high: f64) -> bool {
     let is_positive = |m: DMat3| m.x_axis.x > 0.0 && m.x_axis.x * m.y_axis.y > m.y_axis.x * m.x_axis.y && m.determinant() > 0.0;
     let scaled = |s: f64| DMat3::from_diagonal(DVec3::splat(s * s));
     is_positive(b - scaled(low)) && is_positive(scaled(high) - b)
 }
 
-/// Strains `E = F F^T - I` of any F: one substep clamps those beyond the stretches 0.05 .. 20, counts them and leaves the others; and clay made of them
-/// at work comes out finite or as it was.
+/// Strains `E = F F^T - I` of any F: one substep clamps those beyond the stretches 0.05 .. 20, counts them
+/// and leaves the others; and clay made of them at work comes out finite or as it was.
 pub fn strains(size: Size) -> Vec<Row> {
     let edge: i32 = size.pick(8, 12, 20);
     let mut random = Random::new(17);

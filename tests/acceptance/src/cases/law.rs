@@ -1,6 +1,7 @@
 //! The clay law along homogeneous strain paths, through the whole substep.
 //!
-//! One particle with so much inertia that its stress does not move it: its velocity gradient L stays, and n substeps make `F = (I + h L)^n`.
+//! One particle with so much inertia that its stress does not move it: its velocity gradient L stays, and n
+//! substeps make `F = (I + h L)^n`.
 
 use crate::lab::{DX, Lab, Size, room, snapshot};
 use crate::report::Row;
@@ -54,7 +55,8 @@ fn elastic_paths() -> Vec<Row> {
     ]
 }
 
-/// Axial stretch that keeps the volume but for a known swelling: the axial stress difference is the yield stress.
+/// Axial stretch that keeps the volume but for a known swelling: the axial stress difference is the yield
+/// stress.
 fn plastic_stretch() -> Vec<Row> {
     let clay = Preset::SoftClay.material();
     let rate = 1e-3;
@@ -78,7 +80,8 @@ fn plastic_stretch() -> Vec<Row> {
     ]
 }
 
-/// Simple shear by 4: the shear stress is k, the volume stays, the plastic strain is (gamma - k / mu) / sqrt 3.
+/// Simple shear by 4: the shear stress is k, the volume stays, the plastic strain is (gamma - k / mu) /
+/// sqrt 3.
 fn plastic_shear() -> Vec<Row> {
     let clay = Preset::SoftClay.material();
     let gamma = 4.0;
@@ -91,7 +94,8 @@ fn plastic_shear() -> Vec<Row> {
     let shear = 2.0 * clay.lame_mu() * hencky.y_axis.x;
     let plastic = (gamma - clay.shear_strength() / clay.lame_mu()) / 3f64.sqrt();
     vec![
-        // Of the order of the strain increment over the yield strain, squared, and of the yield strain itself, squared: 3e-4.
+        // Of the order of the strain increment over the yield strain, squared, and of the yield strain
+        // itself, squared: 3e-4.
         Row::at_most("strain paths: plastic shear, stress", (shear / clay.shear_strength() - 1.0).abs(), "relative", 1e-3),
         Row::at_most("strain paths: plastic shear, ln J", (0.5 * b.determinant().ln()).abs(), "-", 1e-4),
         Row::at_most(

@@ -1,4 +1,5 @@
-//! A manufactured solution: clay that fills a box and moves as a closed form says, under the body force that this takes.
+//! A manufactured solution: clay that fills a box and moves as a closed form says, under the body force that
+//! this takes.
 
 use crate::lab::{DX, Lab, Size, elastic, lattice, place, room, set_velocity, snapshot, wave_step};
 use crate::report::Row;
@@ -7,7 +8,8 @@ use bevy_clay::sim::validation::Manufactured;
 use glam::{DVec3, IVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The axes that move: each axis of the solution depends on its own coordinate only, so that a slice 4 cells thick shows what a cube does.
+/// The axes that move: each axis of the solution depends on its own coordinate only, so that a slice 4 cells
+/// thick shows what a cube does.
 #[derive(Clone, Copy)]
 enum Axes {
     Two,
@@ -71,10 +73,12 @@ fn order(axes: Axes, cells: &[i32], amplitude: f64, per_axis: i32) -> f64 {
 
 /// Small and large deformation.
 ///
-/// Large with 8 per cell does not converge. The particles' sum in place of the integral lets their distances and their strains drift apart while they
-/// cross cells, where stretches are 0.7 to 1.3 by a strain of 1.3e-4 a cell, whatever dx (one dimension, f64, 64 to 256 cells). The cells crossed grow as
-/// 1 / dx, and so does the error beyond 32 cells. A start at rest (u = 0) or a third of the time step change little; spline gradients in
-/// place of C, in force, strain or both, are worse. 27 per cell drift a thirtieth as far: order 1.9 to 64 cells.
+/// Large with 8 per cell does not converge. The particles' sum in place of the integral lets their distances
+/// and their strains drift apart while they cross cells, where stretches are 0.7 to 1.3 by a strain of 1.3e-4
+/// a cell, whatever dx (one dimension, f64, 64 to 256 cells). The cells crossed grow as 1 / dx, and so does
+/// the error beyond 32 cells. A start at rest (u = 0) or a third of the time step change little; spline
+/// gradients in place of C, in force, strain or both, are worse. 27 per cell drift a thirtieth as far: order
+/// 1.9 to 64 cells.
 pub fn solution(size: Size) -> Vec<Row> {
     let cells = size.pick(&[8, 16][..], &[16, 32], &[16, 32, 64]);
     let mut rows = vec![

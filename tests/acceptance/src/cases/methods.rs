@@ -1,4 +1,5 @@
-//! Methods of cutting beside each other: ours, the paper's to the letter, rigid particles and interactive particles. Only ours is judged.
+//! Methods of cutting beside each other: ours, the paper's to the letter, rigid particles and interactive
+//! particles. Only ours is judged.
 
 use crate::cases::blade::{DEPTH, Witness, along_x, kept_when_pulled};
 use crate::lab::{Lab, Mover, Random, Size, block, jitter, room, snapshot, wave_step};
@@ -46,8 +47,9 @@ fn channel(method: CuttingMethod, seed: u64, threads: usize) -> (Lab, Mover) {
     (lab, mover)
 }
 
-/// Frames of how many substeps, of which share of the asked one, watch a blade well that goes `travel` cells per substep: a tenth of a cell where substeps are short;
-/// and from 0.3 cells on, where the engine would halve its step and hide the way between, the halves are planned.
+/// Frames of how many substeps, of which share of the asked one, watch a blade well that goes `travel` cells
+/// per substep: a tenth of a cell where substeps are short; and from 0.3 cells on, where the engine would
+/// halve its step and hide the way between, the halves are planned.
 fn frames(travel: f64) -> (u32, f64) {
     let parts = ((travel / 0.3).ceil() as u32).next_power_of_two();
     (((0.1 / travel) as u32).max(1), 1.0 / f64::from(parts))

@@ -37,7 +37,8 @@ fn block_volume(particles: &[Particle]) -> f64 {
     particles.iter().map(|p| f64::from(p.rest_volume)).sum()
 }
 
-/// Angular momentum [kg m^2/s] about `centre` [m] and kinetic energy [J], with the affine parts of quadratic splines.
+/// Angular momentum [kg m^2/s] about `centre` [m] and kinetic energy [J], with the affine parts of quadratic
+/// splines.
 fn spin(domain: &Domain, centre: DVec3, density: f64, particles: &[Particle]) -> (DVec3, f64) {
     let inertia = DX * DX / 4.0;
     particles.iter().fold((DVec3::ZERO, 0.0), |(l, k), p| {

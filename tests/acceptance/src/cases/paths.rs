@@ -1,7 +1,9 @@
-//! Homogeneous strain paths through the full step: the outer nodes of a block follow the path, the inner ones are free and have to.
+//! Homogeneous strain paths through the full step: the outer nodes of a block follow the path, the inner ones
+//! are free and have to.
 //!
-//! The paths `F(t)` make velocity fields without inertia or body force, and homogeneous stress makes no force: clay and nodes between
-//! the driven ones must follow, and every particle must have the stress of the closed form.
+//! The paths `F(t)` make velocity fields without inertia or body force, and homogeneous stress makes no
+//! force: clay and nodes between the driven ones must follow, and every particle must have the stress of the
+//! closed form.
 
 use crate::lab::{DX, Lab, Size, block, elastic, place, room, set_velocity, snapshot, stable_step, wave_step, world};
 use crate::report::Row;
@@ -12,7 +14,8 @@ use glam::{DMat3, DVec3, IVec3};
 /// Substeps of a path.
 const STEPS: u32 = 1000;
 
-/// Half an edge of the box of free nodes [cells]: those up to 2 from its middle. Not on a node: there the last bit would decide.
+/// Half an edge of the box of free nodes [cells]: those up to 2 from its middle. Not on a node: there the
+/// last bit would decide.
 const FREE: f64 = 2.5;
 
 /// A body under an affine drive, free near its middle.
@@ -22,7 +25,8 @@ struct Driven {
 }
 
 impl Driven {
-    /// `particles` about the middle of a room of `cells`, that start with the velocity gradient `gradient` [1/s].
+    /// `particles` about the middle of a room of `cells`, that start with the velocity gradient `gradient`
+    /// [1/s].
     fn new(cells: [i32; 3], mut particles: Vec<Particle>, material: ClayMaterial, dt: f64, gradient: DMat3) -> Self {
         let domain = room(cells, Wall::Separate);
         let middle = middle(cells);
@@ -54,7 +58,8 @@ fn centred(cells: [i32; 3], size: [i32; 3]) -> Vec<Particle> {
     block(middle(cells) - 0.5 * size.as_dvec3(), size)
 }
 
-/// The clay that comes within reach of the free nodes while it is sheared by `gamma`; every free node has all its clay at all times.
+/// The clay that comes within reach of the free nodes while it is sheared by `gamma`; every free node has all
+/// its clay at all times.
 fn sheared_clay(cells: [i32; 3], gamma: f64) -> Vec<Particle> {
     // The outermost free node is 2 cells from the middle and a particle's stencil reaches 1.5.
     const REACH: f64 = 3.6;
@@ -68,7 +73,8 @@ fn sheared_clay(cells: [i32; 3], gamma: f64) -> Vec<Particle> {
     particles
 }
 
-/// Kirchhoff stress 12 [Pa] of a particle sheared in its xy plane: `2 mu H` with the logarithm of the 2 x 2 block of `I + E` in closed form.
+/// Kirchhoff stress 12 [Pa] of a particle sheared in its xy plane: `2 mu H` with the logarithm of the 2 x 2
+/// block of `I + E` in closed form.
 fn shear_stress(material: &ClayMaterial, p: &Particle) -> f64 {
     let [xx, yy, _, xy, _, _] = p.elastic_strain.map(f64::from);
     let (mean, radius) = (0.5 * (xx + yy), (0.25 * (xx - yy).powi(2) + xy * xy).sqrt());
@@ -78,8 +84,8 @@ fn shear_stress(material: &ClayMaterial, p: &Particle) -> f64 {
     material.lame_mu() * xy * slope
 }
 
-/// Shears a block by `gamma` in `steps` substeps; the greatest difference [Pa] of any particle's stress 12 from `exact(gamma)` over the path
-/// beyond the shear `from`.
+/// Shears a block by `gamma` in `steps` substeps; the greatest difference [Pa] of any particle's stress 12
+/// from `exact(gamma)` over the path beyond the shear `from`.
 fn shear_error(material: ClayMaterial, gamma: f64, steps: u32, dt: f64, from: f64, exact: &dyn Fn(f64) -> f64) -> f64 {
     const SAMPLES: u32 = 50;
     let rate = gamma / (f64::from(steps) * dt);
@@ -106,8 +112,10 @@ fn elastic_shear(material: &ClayMaterial, gamma: f64) -> f64 {
     4.0 * material.lame_mu() * (0.5 * gamma).asinh() / (4.0 + gamma * gamma).sqrt()
 }
 
-/// Stress 12 [Pa] of von Mises clay in simple shear, exact: with `e_Y = sY / (2 sqrt3 mu)` it yields at `g_Y = 2 sinh e_Y`; from then on
-/// `tau_12 = (sY / sqrt3) sin phi`, `tau_11 - tau_22 = 2 (sY / sqrt3) cos phi` with `phi' = coth(2 e_Y) cos phi - 1`, `phi(g_Y) = acos tanh e_Y`.
+/// Stress 12 [Pa] of von Mises clay in simple shear, exact: with `e_Y = sY / (2 sqrt3 mu)` it yields at
+/// `g_Y = 2 sinh e_Y`; from then on `tau_12 = (sY / sqrt3) sin phi`,
+/// `tau_11 - tau_22 = 2 (sY / sqrt3) cos phi` with `phi' = coth(2 e_Y) cos phi - 1`,
+/// `phi(g_Y) = acos tanh e_Y`.
 fn plastic_shear(material: &ClayMaterial, yield_stress: f64, gamma: f64) -> f64 {
     let strain = yield_stress / (2.0 * 3f64.sqrt() * material.lame_mu());
     let first = 2.0 * strain.sinh();
@@ -129,8 +137,9 @@ fn plastic_shear(material: &ClayMaterial, yield_stress: f64, gamma: f64) -> f64 
     yield_stress / 3f64.sqrt() * phi.sin()
 }
 
-/// Greatest relative error of any particle's stress in an elastic stretch by `amount`. With free nodes only for a small one: the particles' distance leaves
-/// half a cell, their sum in place of the integral makes forces, and the stress varies, by 2e-4 of it at 2 %, growing with the third power.
+/// Greatest relative error of any particle's stress in an elastic stretch by `amount`. With free nodes only
+/// for a small one: the particles' distance leaves half a cell, their sum in place of the integral makes
+/// forces, and the stress varies, by 2e-4 of it at 2 %, growing with the third power.
 fn stretch_error(amount: f64, is_free: bool) -> f64 {
     const FRAMES: u32 = 50;
     let material = elastic(0.3);
@@ -183,8 +192,9 @@ pub fn paths(size: Size) -> Vec<Row> {
     rows
 }
 
-/// Herschel-Bulkley clay in steady simple shear: `tau_12 = (s / sqrt3) sech 2e`, `e = s / (2 sqrt3 mu)`, `s = sY + eta a'^n`. Elastic strain rests, so all
-/// work is plastic: `s a' = tau_12 g'` and `a' = (g' / sqrt3) sech 2e`, by iteration.
+/// Herschel-Bulkley clay in steady simple shear: `tau_12 = (s / sqrt3) sech 2e`, `e = s / (2 sqrt3 mu)`,
+/// `s = sY + eta a'^n`. Elastic strain rests, so all work is plastic: `s a' = tau_12 g'` and
+/// `a' = (g' / sqrt3) sech 2e`, by iteration.
 fn creep_error(flow_index: f64) -> f64 {
     let clay = Preset::SoftClay.material();
     let (dt, gamma) = (wave_step(&clay, 0.3), 4.0);
@@ -199,7 +209,8 @@ fn creep_error(flow_index: f64) -> f64 {
     shear_error(clay, gamma, STEPS, dt, 3.0, &|_| steady) / steady
 }
 
-/// A hardening bar stretched along x: `tau = sY + E H / (E + H) (eps - sY / E)` of the axial Hencky strain eps, with free sides.
+/// A hardening bar stretched along x: `tau = sY + E H / (E + H) (eps - sY / E)` of the axial Hencky strain
+/// eps, with free sides.
 struct Bar {
     material: ClayMaterial,
     /// Edge of its square section at rest [cells].
@@ -239,7 +250,8 @@ impl Bar {
         (f64::from(self.width) * DX).powi(2) * self.stress(strain) / strain.exp()
     }
 
-    /// Stretches the bar to `end`: its ends are driven as the closed form moves, 21 planes of nodes in the middle are free.
+    /// Stretches the bar to `end`: its ends are driven as the closed form moves, 21 planes of nodes in the
+    /// middle are free.
     fn stretched(&self, end: f64) -> BarForce {
         // Frames of equal strain, 200 to the acceptance stretch.
         let strain = Self::ASKED.0.ln() / 200.0;
@@ -278,11 +290,13 @@ impl Bar {
         found
     }
 
-    /// Greatest relative difference from `exact` [N] of the force between any two planes of free nodes: what the upper nodes pull the lower ones
-    /// with, the sum of `4 V tau_11 w (x_i - x_p) / dx^2`. At rest it is the same everywhere and that on the driven ends.
+    /// Greatest relative difference from `exact` [N] of the force between any two planes of free nodes: what
+    /// the upper nodes pull the lower ones with, the sum of `4 V tau_11 w (x_i - x_p) / dx^2`. At rest it is
+    /// the same everywhere and that on the driven ends.
     ///
-    /// The stress of a particle or the mean of some is not the force: with particles 0.9 cells apart, their sum in place of the integral waves along the bar
-    /// with the beat of 9 cells between particles and nodes; strains by 0.035 (rms 0.025), stresses by 8 % (rms 6.6 %).
+    /// The stress of a particle or the mean of some is not the force: with particles 0.9 cells apart, their
+    /// sum in place of the integral waves along the bar with the beat of 9 cells between particles and nodes;
+    /// strains by 0.035 (rms 0.025), stresses by 8 % (rms 6.6 %).
     fn force_error(&self, particles: &[Particle], cells: [i32; 3], exact: f64) -> f64 {
         // By the lower plane; clay stands at least 4 cells from the room's walls.
         let mut forces = vec![0.0; cells[0] as usize + 1];

@@ -1,4 +1,5 @@
-//! Prandtl's punch: the bearing factor of a rough strip on clay, and the noise of the pressure under it, with and without averaging of volume.
+//! Prandtl's punch: the bearing factor of a rough strip on clay, and the noise of the pressure under it, with
+//! and without averaging of volume.
 
 use crate::lab::{DX, Lab, Mover, Size, lattice, place, room_with, snapshot};
 use crate::report::Row;
@@ -16,7 +17,8 @@ pub const PRANDTL: f64 = 2.0 + PI;
 const STRENGTH: f64 = 5e3;
 /// Rigidity index G / k [-].
 const RIGIDITY: f64 = 100.0;
-/// Substeps of a frame. The pressure is judged at its end, where the last averaging is `AVERAGING_INTERVAL` substeps ago: at its worst.
+/// Substeps of a frame. The pressure is judged at its end, where the last averaging is `AVERAGING_INTERVAL`
+/// substeps ago: at its worst.
 const FRAME: u32 = 2 * AVERAGING_INTERVAL;
 /// Plastic strain beyond which clay counts as flowing [-]: the elastic shear strain at yield is 0.01.
 const FLOWING: f64 = 0.01;
@@ -102,7 +104,8 @@ impl Punch {
         let mut lab = Lab::new(&clay, self.fraction * material.time_step_limit(DX, material.density));
         lab.plan.volume_averaging = self.volume_averaging;
         lab.plan.validation.clamped_walls = self.clamped_walls;
-        // The drawn face starts where it first touches the nodes of the clay's surface: u counts from the first contact.
+        // The drawn face starts where it first touches the nodes of the clay's surface: u counts from the
+        // first contact.
         let shape = ToolShape::Box { half_size: DVec3::new(b / 2.0, 2.0, f64::from(size.z)) };
         let top = f64::from(size.y);
         let start = DVec3::new(0.0, top + 2.0 + CONTACT_OFFSET - 1e-6, f64::from(size.z) / 2.0);
@@ -179,7 +182,8 @@ fn noise(particles: &[Particle], bulk_modulus: f64) -> f64 {
 /// The punch with and without averaging of volume at nu = 0.45, and at nu = 0.49 in full.
 pub fn punch(size: Size) -> Vec<Row> {
     let width = 8.0;
-    // Nodes within half the drawn width hold the clay half a cell beyond: the answer lies between that of B and of B + dx; 3 % for the rest.
+    // Nodes within half the drawn width hold the clay half a cell beyond: the answer lies between that of B
+    // and of B + dx; 3 % for the rest.
     let most = PRANDTL * (1.0 + 1.0 / width) * 1.03;
     let ratios: &[f64] = size.pick(&[0.45], &[0.45], &[0.45, 0.49]);
     let mut rows = vec![];

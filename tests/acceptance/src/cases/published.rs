@@ -1,4 +1,5 @@
-//! The law as published fails as it is known to, and the law by default does not: dust that falls freely, and energy from nothing.
+//! The law as published fails as it is known to, and the law by default does not: dust that falls freely, and
+//! energy from nothing.
 
 use crate::cases::collapse::{Collapse, Touch};
 use crate::lab::Size;
@@ -62,7 +63,8 @@ pub fn published(size: Size) -> Vec<Row> {
         Row::at_most("softened, tau 3 cells: energy after the tool's jump", sound.growth, "x", 1.001),
         Row::at_most("softened, tau 3 cells: drop of the corners", sound.drop, "m", 0.02),
     ];
-    // At 32 cells per metre the tool's 3 cells hold up so much of the block that hardly any of it falls: 1.2 x.
+    // At 32 cells per metre the tool's 3 cells hold up so much of the block that hardly any of it falls: 1.2
+    // x.
     if size != Size::Test {
         let bomb = run(clay(ClayLaw::AsPublished, 3.0, dx), cells, frames);
         rows.push(Row::at_least("as published, tau 3 cells: energy after the tool's jump", bomb.growth, "x", 4.0));

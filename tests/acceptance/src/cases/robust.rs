@@ -9,7 +9,8 @@ use glam::{DQuat, DVec3, IVec3};
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// A ball, a blade and walls at work on particles given in an order of `order`; the hash of the clay afterwards, by id.
+/// A ball, a blade and walls at work on particles given in an order of `order`; the hash of the clay
+/// afterwards, by id.
 fn busy_scene(threads: usize, frames: u32, order: u64) -> u64 {
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Separate], high: [Wall::Slip; 3] };
     let domain = room_with([20, 16, 20], walls);

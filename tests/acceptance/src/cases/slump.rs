@@ -12,8 +12,9 @@ const GRAVITY: f64 = 9.81;
 const STIFFNESS: f64 = 300.0;
 /// Time over which gravity grows [sqrt(H / g)]: many passages of a wave.
 const RAMP: f64 = 2.4;
-/// Damping of node velocities [sqrt(g / H)]. The answers are those of slow loading: at 0.3 inertia carries a cylinder half as far again beyond
-/// its rest (slump 0.39 against 0.25 at k = 0.2 rho g H); at 3 a ramp of 6 gives the same slump as one of 2.4 to 0.5 %.
+/// Damping of node velocities [sqrt(g / H)]. The answers are those of slow loading: at 0.3 inertia carries a
+/// cylinder half as far again beyond its rest (slump 0.39 against 0.25 at k = 0.2 rho g H); at 3 a ramp of 6
+/// gives the same slump as one of 2.4 to 0.5 %.
 const DAMPING: f64 = 3.0;
 /// The slump has settled when it grows by less than this share of H in a time of `sqrt(H / g) / 2`.
 const SETTLED: f64 = 1e-4;
@@ -38,7 +39,8 @@ struct Heap {
 }
 
 impl Heap {
-    /// Half of a bank with a vertical face, `wide` heights from the symmetry plane to the face, on a rough floor.
+    /// Half of a bank with a vertical face, `wide` heights from the symmetry plane to the face, on a rough
+    /// floor.
     fn cut(height: i32, wide: f64) -> Self {
         let width = (wide * f64::from(height)).round() as i32;
         Self {
@@ -58,7 +60,8 @@ impl Heap {
         Self { height, room: [3 * height / 2, height + 4, 3 * height / 2], floor, particles, seen: 0.3 * radius }
     }
 
-    /// Sinking of the top over H of clay of `strength` = k / (rho g H), infinite for elastic clay; NaN if it does not settle.
+    /// Sinking of the top over H of clay of `strength` = k / (rho g H), infinite for elastic clay; NaN if it
+    /// does not settle.
     fn settle(&self, strength: f64) -> f64 {
         let height = f64::from(self.height) * DX;
         let soft = Preset::SoftClay.material();
@@ -114,9 +117,11 @@ fn mean_height(particles: &[Particle], which: &[usize]) -> f64 {
     which.iter().map(|i| place(&particles[*i]).y).sum::<f64>() / which.len() as f64
 }
 
-/// Where the vertical cut gives way: the line through the settled slumps at lower strengths, less the elastic slump, comes to 0.
+/// Where the vertical cut gives way: the line through the settled slumps at lower strengths, less the elastic
+/// slump, comes to 0.
 ///
-/// It stands for `k / (rho g H) >= 1 / 3.78 = 0.2645` (bounds 3.776 and 3.783: Pastor et al. 2000, Lyamin and Sloan 2002).
+/// It stands for `k / (rho g H) >= 1 / 3.78 = 0.2645` (bounds 3.776 and 3.783: Pastor et al. 2000, Lyamin and
+/// Sloan 2002).
 pub fn cut_slope(size: Size) -> Vec<Row> {
     let height = size.pick(10, 10, 24);
     let bank = Heap::cut(height, 1.0);
@@ -134,8 +139,10 @@ pub fn cut_slope(size: Size) -> Vec<Row> {
     ]
 }
 
-/// The slump of a cylinder as high as wide on a rough floor: `s / H = 1 - 2 t (1 - ln 2 t)`, `t = tau_y / (rho g H)` (Murata 1984, Pashias et al. 1996). There a layer
-/// flows where the greatest shear stress, half the weight above over its area, exceeds `tau_y`: half the yield stress in uniaxial compression, which is `sqrt(3) / 2 k` of von Mises clay.
+/// The slump of a cylinder as high as wide on a rough floor: `s / H = 1 - 2 t (1 - ln 2 t)`,
+/// `t = tau_y / (rho g H)` (Murata 1984, Pashias et al. 1996). There a layer flows where the greatest shear
+/// stress, half the weight above over its area, exceeds `tau_y`: half the yield stress in uniaxial
+/// compression, which is `sqrt(3) / 2 k` of von Mises clay.
 pub fn cylinder(size: Size) -> Vec<Row> {
     let height = 24;
     // 16 cells are 19 % off at 0.15: too few for the limit, so that `--quick` has no such row.

@@ -1,5 +1,5 @@
-//! Stability: the longest stable step of a particle, a block and a sheet, energy over many steps, stress noise of clay that crosses cells, clay pressed
-//! to a sheet.
+//! Stability: the longest stable step of a particle, a block and a sheet, energy over many steps, stress
+//! noise of clay that crosses cells, clay pressed to a sheet.
 
 use crate::lab::{
     DX, Lab, Mover, Random, Size, block, elastic, jitter, place, room, room_with, set_velocity, snapshot, stable_step, wave_step,
@@ -15,7 +15,8 @@ use std::collections::{HashMap, HashSet};
 /// Where the bisection of the step limit ends, over `time_step_limit`. The limit of the rows is 1 less this.
 const WIDTH: f64 = 2e-3;
 
-/// The stability limits, bisected, over `time_step_limit`: one particle, a block and a sheet two particles thick, all free.
+/// The stability limits, bisected, over `time_step_limit`: one particle, a block and a sheet two particles
+/// thick, all free.
 pub fn step_limit(size: Size) -> Vec<Row> {
     let ratios: &[f64] = size.pick(&[0.45], &[0.1, 0.45], &[0.1, 0.3, 0.45, 0.49]);
     let steps = size.pick(300, 300, 2000);
@@ -37,7 +38,8 @@ pub fn step_limit(size: Size) -> Vec<Row> {
     ratios.iter().flat_map(rows_of).collect()
 }
 
-/// The greatest stable fraction of the formula, to [`WIDTH`]; NaN if half of it is unstable, or nothing up to three times it: then nothing was tested.
+/// The greatest stable fraction of the formula, to [`WIDTH`]; NaN if half of it is unstable, or nothing up to
+/// three times it: then nothing was tested.
 fn bisect(is_stable: impl Fn(f64) -> bool) -> f64 {
     let (mut stable, mut unstable) = (0.5, 3.0);
     if !is_stable(stable) || is_stable(unstable) {
@@ -59,12 +61,14 @@ fn is_particle_stable(material: &ClayMaterial, dt: f64) -> bool {
     }
     let mut lab = Lab::with_threads(&snapshot(room([8; 3], Wall::Separate), *material, vec![particle]), dt, 1);
     let report = lab.frame(1000);
-    // An oscillator near its limit has a large amplitude but a bounded one: the ratio is (1 - (dt / limit)^2)^(-1/2) < 16 up to 0.998.
+    // An oscillator near its limit has a large amplitude but a bounded one: the ratio is (1 - (dt /
+    // limit)^2)^(-1/2) < 16 up to 0.998.
     let grown = f64::from(lab.particles()[0].affine[0][0]).abs() / rate;
     report.health.is_ok() && report.redone == 0 && grown < 30.0
 }
 
-/// Whether a free body of `cells` that starts with random velocities of 1e-4 c keeps below 20 times its energy.
+/// Whether a free body of `cells` that starts with random velocities of 1e-4 c keeps below 20 times its
+/// energy.
 fn is_body_stable(material: &ClayMaterial, dt: f64, cells: IVec3, steps: u32) -> bool {
     // Half the least room that leaves 3 cells free, and a place between the nodes.
     let low = DVec3::new(4.13, 4.41, 4.77);
@@ -85,7 +89,8 @@ fn is_body_stable(material: &ClayMaterial, dt: f64, cells: IVec3, steps: u32) ->
     })
 }
 
-/// Total energy at the end of each frame of `steps` substeps; NaN for a frame that went wrong. `weight` is the body's, `floor` the wall's height [m].
+/// Total energy at the end of each frame of `steps` substeps; NaN for a frame that went wrong. `weight` is
+/// the body's, `floor` the wall's height [m].
 fn energies(lab: &mut Lab, frames: u32, steps: u32, weight: f64) -> Vec<f64> {
     let low = lab.engine.save().expect("clay is loaded").domain.corners().0.y;
     let mut run = || {
@@ -103,8 +108,8 @@ fn energies(lab: &mut Lab, frames: u32, steps: u32, weight: f64) -> Vec<f64> {
     (0..frames).map(|_| run()).collect()
 }
 
-/// Greatest growth [%] from the mean over one part of the run to that over any later part, of 20: kinetic and elastic energy stand half a substep
-/// apart, so that their sum swings by omega dt / 2 of itself.
+/// Greatest growth [%] from the mean over one part of the run to that over any later part, of 20: kinetic and
+/// elastic energy stand half a substep apart, so that their sum swings by omega dt / 2 of itself.
 fn growth(energies: &[f64]) -> f64 {
     let means: Vec<f64> = energies.chunks(energies.len().div_ceil(20)).map(|c| c.iter().sum::<f64>() / c.len() as f64).collect();
     if !means.iter().all(|m| m.is_finite()) {
@@ -117,7 +122,8 @@ fn growth(energies: &[f64]) -> f64 {
     })
 }
 
-/// Bodies at the default step for 1e5 substeps: a block and a sheet that turn and ring, clay that settles on a floor.
+/// Bodies at the default step for 1e5 substeps: a block and a sheet that turn and ring, clay that settles on
+/// a floor.
 pub fn energy(size: Size) -> Vec<Row> {
     let steps = size.pick(2000, 5000, 100_000);
     let per_frame = 97;
@@ -146,7 +152,8 @@ pub fn energy(size: Size) -> Vec<Row> {
     rows
 }
 
-/// A free body whose parts move with a velocity gradient of 1e-3 c / dx along all axes: it turns, and rings at strains of a percent.
+/// A free body whose parts move with a velocity gradient of 1e-3 c / dx along all axes: it turns, and rings
+/// at strains of a percent.
 fn ringing(material: &ClayMaterial, cells: IVec3) -> Snapshot {
     let unit = 1e-3 * material.wave_speed(material.density) / DX;
     let gradient = DMat3::from_cols(DVec3::new(0.5, 0.9, -0.4), DVec3::new(-1.1, -0.7, 0.8), DVec3::new(0.6, -0.9, 0.4)) * unit;
@@ -169,9 +176,10 @@ struct Sheet {
     stretch: f64,
 }
 
-/// A square bar of 2 `half` cells an edge, pressed by a plate on a slip floor in plane strain until it is 20 times as long as thick, by volume. The half
-/// at x > 0 is computed, of clay as scenes fill it: a lattice moved by up to a quarter of its spacing. The plate thins it at a constant
-/// rate, at which `inertia` is rho V^2 / k at the ends at last.
+/// A square bar of 2 `half` cells an edge, pressed by a plate on a slip floor in plane strain until it is 20
+/// times as long as thick, by volume. The half at x > 0 is computed, of clay as scenes fill it: a lattice
+/// moved by up to a quarter of its spacing. The plate thins it at a constant rate, at which `inertia` is rho
+/// V^2 / k at the ends at last.
 fn press(half: i32, contact: Contact, inertia: f64) -> Sheet {
     const THICKNESS: i32 = 4;
     const ASPECT: f64 = 20.0;
@@ -217,7 +225,8 @@ fn press(half: i32, contact: Contact, inertia: f64) -> Sheet {
     }
 }
 
-/// Share [%] of the cells below `height` [cells] that hold no particle though one lies further out in their row along x.
+/// Share [%] of the cells below `height` [cells] that hold no particle though one lies further out in their
+/// row along x.
 fn holes(particles: &[Particle], height: f64) -> f64 {
     let filled: HashSet<[i32; 3]> = particles.iter().map(|p| place(p).floor().as_ivec3().to_array()).collect();
     let mut rows: HashMap<[i32; 2], (i32, i32)> = HashMap::new();
@@ -237,8 +246,9 @@ fn least_stretch(particle: &Particle) -> f64 {
     (1.0 + Spectrum::of(strain).values.min_element()).sqrt()
 }
 
-/// Rows of clay pressed to 20 : 1. At yield the least stretch is `exp(-sY / (3 mu)) = 0.983`, times that of the pressure: under friction J is down to 0.945
-/// in the middle of the sheet, 0.981. No figure was asked for; at 0.9 a particle would hold six times the strain of yield.
+/// Rows of clay pressed to 20 : 1. At yield the least stretch is `exp(-sY / (3 mu)) = 0.983`, times that of
+/// the pressure: under friction J is down to 0.945 in the middle of the sheet, 0.981. No figure was asked
+/// for; at 0.9 a particle would hold six times the strain of yield.
 pub fn pressed(size: Size) -> Vec<Row> {
     let rows = |name: &str, contact: Contact| {
         let (half, inertia) = size.pick((6, 0.5), (6, 0.5), (9, 0.05));
@@ -255,7 +265,8 @@ pub fn pressed(size: Size) -> Vec<Row> {
     found
 }
 
-/// A bar, pressed between slip walls along y and z and free along x, moves 20 cells along x: its stress stays what it is.
+/// A bar, pressed between slip walls along y and z and free along x, moves 20 cells along x: its stress stays
+/// what it is.
 pub fn crossing(size: Size) -> Vec<Row> {
     let material = elastic(0.3);
     let (mu, lambda) = (material.lame_mu(), material.lame_lambda());

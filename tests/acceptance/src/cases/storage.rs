@@ -9,8 +9,8 @@ use glam::{DVec3, IVec3};
 /// Cells by which scenes are shifted: a multiple of a block's 4.
 const SHIFT: i32 = 200;
 
-/// A body creeps at 20 um/s, 200 cells from the grid's origin, at 0.39 mm a cell and 67 us a substep: with absolute f32 grid coordinates (ulp 1.5e-5
-/// cells) it would stand still.
+/// A body creeps at 20 um/s, 200 cells from the grid's origin, at 0.39 mm a cell and 67 us a substep: with
+/// absolute f32 grid coordinates (ulp 1.5e-5 cells) it would stand still.
 pub fn creep(size: Size) -> Vec<Row> {
     let (cell_width, dt, speed) = (3.9e-4, 67e-6, 20e-6);
     // The modulus for which this is the default step: E = (1 - 2 nu) rho (0.7 dx / dt)^2.
@@ -47,7 +47,8 @@ pub fn creep(size: Size) -> Vec<Row> {
     ]
 }
 
-/// A cut body that turns, flows and falls, here and `SHIFT` cells away along each axis in the same room, and in a room moved by as much.
+/// A cut body that turns, flows and falls, here and `SHIFT` cells away along each axis in the same room, and
+/// in a room moved by as much.
 pub fn shift(size: Size) -> Vec<Row> {
     let material = Preset::SoftClay.material();
     let dt = stable_step(&material);
@@ -97,7 +98,8 @@ pub fn shift(size: Size) -> Vec<Row> {
     ]
 }
 
-/// A lattice of 64 particles per cell, each with the mass of an eighth of a cell of clay at J = 1 and the strain of J = 0.5.
+/// A lattice of 64 particles per cell, each with the mass of an eighth of a cell of clay at J = 1 and the
+/// strain of J = 0.5.
 fn crowd(low: DVec3, cells: IVec3) -> Vec<Particle> {
     let n = cells * 4;
     let squeezed = (0.5f64.powf(2.0 / 3.0) - 1.0) as f32;
@@ -111,7 +113,8 @@ fn crowd(low: DVec3, cells: IVec3) -> Vec<Particle> {
     (0..n.x * n.y * n.z).map(particle).collect()
 }
 
-/// Crowded cells, held by walls, and bursting in flight near the greatest speed that a substep takes: no sum of a node overflows.
+/// Crowded cells, held by walls, and bursting in flight near the greatest speed that a substep takes: no sum
+/// of a node overflows.
 pub fn crowded(size: Size) -> Vec<Row> {
     let material = elastic(0.45);
     let limit = material.time_step_limit(DX, material.density);
@@ -121,7 +124,8 @@ pub fn crowded(size: Size) -> Vec<Row> {
     let mut rows = crowd_rows("held", &mut lab, steps);
     let ratio = lab.particles().iter().map(|p| (p.volume_ratio() - 0.5).abs()).fold(0.0, f64::max);
     rows.push(Row::at_most("crowded cells, held: change of J", ratio, "-", 1e-3));
-    // A tenth of the limit: the burst adds up to 0.15 cells per substep to the flight's 0.3, and a node may go 0.49.
+    // A tenth of the limit: the burst adds up to 0.15 cells per substep to the flight's 0.3, and a node may
+    // go 0.49.
     let dt = 0.1 * limit;
     let mut flying = snapshot(room([24, 12, 12], Wall::Separate), material, crowd(DVec3::splat(3.0), IVec3::splat(6)));
     flying.particles.iter_mut().for_each(|p| set_velocity(p, DVec3::X * 0.3 * DX / dt));

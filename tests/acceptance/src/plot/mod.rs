@@ -1,4 +1,5 @@
-//! Pictures of measured figures, as SVG and PNG: the same painting on both, with a font of its own, so that a bare machine draws them too.
+//! Pictures of measured figures, as SVG and PNG: the same painting on both, with a font of its own, so that a
+//! bare machine draws them too.
 
 mod text;
 

@@ -1,4 +1,5 @@
-//! Text of bitmaps: glyphs at fractions of a pixel, kerned, with their bearings, which plotters leaves out; anchored as in the SVG.
+//! Text of bitmaps: glyphs at fractions of a pixel, kerned, with their bearings, which plotters leaves out;
+//! anchored as in the SVG.
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use plotters::prelude::BitMapBackend;

@@ -1,6 +1,7 @@
 //! The GPU engine against the f64 oracle and against the native engine, by its real shaders.
 //!
-//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
+//! required, fail.
 
 mod passes;
 mod robust;
@@ -33,8 +34,8 @@ fn agrees(cases: fn() -> Vec<Agreement>) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a blade, where up to nine classes of clay enter the
-/// same blocks' lists.
+/// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a
+/// blade, where up to nine classes of clay enter the same blocks' lists.
 fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     for case in std::iter::once(agreement::mixed()).chain(agreement::recut().into_iter().map(|a| a.case)) {
         let one = agreement::run(engine, &case, 3);
@@ -43,7 +44,8 @@ fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Every law agrees with the oracle, or a plan with it is refused by its name; and it is those of the paper that are.
+/// Every law agrees with the oracle, or a plan with it is refused by its name; and it is those of the paper
+/// that are.
 fn laws_agree_or_are_refused(engine: &mut GpuEngine) -> Result<(), Failed> {
     for agreement in agreement::all_laws() {
         let law = agreement.case.plan.material.law;

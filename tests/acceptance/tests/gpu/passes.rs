@@ -1,4 +1,5 @@
-//! Single passes against the oracle: what `p2g` brings to the nodes, what `grid` makes of it, what `g2p` brings back.
+//! Single passes against the oracle: what `p2g` brings to the nodes, what `grid` makes of it, what `g2p`
+//! brings back.
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
@@ -7,7 +8,8 @@ use glam::{DQuat, DVec3, IVec3};
 use libtest_mimic::Failed;
 use std::collections::HashMap;
 
-/// `count` particles about a room's corner, in strained, turning, shearing motion; unequal along all axes. With cuts: tags of both sides.
+/// `count` particles about a room's corner, in strained, turning, shearing motion; unequal along all axes.
+/// With cuts: tags of both sides.
 fn scattered(count: usize, has_cuts: bool) -> Case {
     let walls = Walls { low: [Wall::Slip, Wall::Separate, Wall::Stick], high: [Wall::Separate; 3] };
     // Cuts grow together at a frame's end, beyond the passes that are compared.

@@ -61,7 +61,8 @@ pub(crate) fn frame_behind_a_given_up_one_does_not_run(engine: &mut GpuEngine) -
     Ok(())
 }
 
-/// A block that moves faster than half a cell a substep: redone with half the step, as often as it needs, and right.
+/// A block that moves faster than half a cell a substep: redone with half the step, as often as it needs, and
+/// right.
 pub(crate) fn fast_clay_is_redone_with_smaller_steps(engine: &mut GpuEngine) -> Result<(), Failed> {
     let mut case = block(4);
     let speed = 0.9 * CELL / case.plan.dt;
@@ -76,8 +77,8 @@ pub(crate) fn fast_clay_is_redone_with_smaller_steps(engine: &mut GpuEngine) -> 
     Ok(())
 }
 
-/// Clay that bursts apart needs more blocks than it was loaded with, more than a cell between re-bins, and more headroom: all found by the device,
-/// the frame run again, and the result the native engine's.
+/// Clay that bursts apart needs more blocks than it was loaded with, more than a cell between re-bins, and
+/// more headroom: all found by the device, the frame run again, and the result the native engine's.
 pub(crate) fn bursting_clay_gets_room(engine: &mut GpuEngine) -> Result<(), Failed> {
     let walls = Walls::default();
     let mut s =
@@ -134,7 +135,8 @@ pub(crate) fn too_many_tools_are_refused(engine: &mut GpuEngine) -> Result<(), F
     Ok(())
 }
 
-/// A device with small limits refuses a scene over them, names the limit and the largest clay that fits, and takes a smaller one.
+/// A device with small limits refuses a scene over them, names the limit and the largest clay that fits, and
+/// takes a smaller one.
 pub(crate) fn limits_are_named() -> Result<(), Failed> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapter =
@@ -201,7 +203,8 @@ pub(crate) fn two_engines_share_nothing(first: &mut GpuEngine) -> Result<(), Fai
     Ok(())
 }
 
-/// More combinations of sides in a block than there is room for: told, and the same ones find room in every run.
+/// More combinations of sides in a block than there is room for: told, and the same ones find room in every
+/// run.
 pub(crate) fn crowded_blocks_repeat(engine: &mut GpuEngine) -> Result<(), Failed> {
     let mut case = block(20);
     agreement::velocities(&mut case.snapshot, |x| 0.05 * x.cross(DVec3::ONE));

@@ -43,9 +43,10 @@ fn whole(s: &Snapshot) -> (DVec3, f64) {
     (centre, s.particles.iter().map(|p| f64::from(p.rest_volume) * p.volume_ratio()).sum())
 }
 
-/// Stated: centre of mass within 1e-3 cells, volume within 1e-6, each tool's impulse within 1 %, every particle within half a cell. Plastic flow and
-/// falling pieces amplify rounding, so the bits part; the shape does not. (In cells of twice the scene's width, 8,965 particles: centre 2e-5
-/// cells, particles 9e-5 rms, impulses 2e-4.)
+/// Stated: centre of mass within 1e-3 cells, volume within 1e-6, each tool's impulse within 1 %, every
+/// particle within half a cell. Plastic flow and falling pieces amplify rounding, so the bits part; the shape
+/// does not. (In cells of twice the scene's width, 8,965 particles: centre 2e-5 cells, particles 9e-5 rms,
+/// impulses 2e-4.)
 pub(crate) fn engines_carve_the_same_bunny(engine: &mut GpuEngine) -> Result<(), Failed> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/bunny_carve.ron");
     let mut scene = Scene::load(&file).map_err(|e| e.to_string())?;

@@ -21,7 +21,8 @@ fn run<'a>(device: &'a Device, source: &SurfaceSource, settings: &SurfaceSetting
     device.run(source, settings, SurfaceRoom { cell_blocks: 1000, blocks: 1000, sheets: 2 })
 }
 
-/// The mesh is the processor's of the values that the blocks were last extracted with, and those are the clay's to a hundredth.
+/// The mesh is the processor's of the values that the blocks were last extracted with, and those are the
+/// clay's to a hundredth.
 fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSource, settings: &SurfaceSettings) {
     assert_eq!(output.status.flags, 0, "{name}");
     let kept = run.kept_field(&output.status);
@@ -33,7 +34,8 @@ fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSour
     assert_eq!(output.mesh.triangles.len(), output.status.least[1] as usize, "{name}");
 }
 
-/// A dent in the top of a ball: the blocks about it are extracted, no others, and the rest of the mesh stays where it is.
+/// A dent in the top of a ball: the blocks about it are extracted, no others, and the rest of the mesh stays
+/// where it is.
 pub(crate) fn a_dent_alone_is_extracted(device: &Device) -> Result<(), Failed> {
     let source = ball(12.0, 0.25, 3);
     let settings = SurfaceSettings::default();
@@ -56,8 +58,9 @@ pub(crate) fn a_dent_alone_is_extracted(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Lumps of a ball with dust about it wander off, or leap, and come back, a cut comes and goes: each mesh is whole, the grains are those of all; blocks outgrow
-/// their regions, and are laid out anew. All over again, the bits are the same.
+/// Lumps of a ball with dust about it wander off, or leap, and come back, a cut comes and goes: each mesh is
+/// whole, the grains are those of all; blocks outgrow their regions, and are laid out anew. All over again,
+/// the bits are the same.
 pub(crate) fn clay_that_moves_about_is_drawn_whole(device: &Device) -> Result<(), Failed> {
     let settings = SurfaceSettings::default();
     let mut random = Random(21);
@@ -124,7 +127,8 @@ pub(crate) fn empty_blocks_change_nothing(device: &Device) -> Result<(), Failed>
     Ok(())
 }
 
-/// A first frame that finds no room leaves nothing of another mesh behind when there is room for less, nor does a later one.
+/// A first frame that finds no room leaves nothing of another mesh behind when there is room for less, nor
+/// does a later one.
 pub(crate) fn failed_frames_leave_nothing_behind(device: &Device) -> Result<(), Failed> {
     let settings = SurfaceSettings::default();
     let source = ball(5.0, 0.25, 3);

@@ -1,6 +1,7 @@
 //! The surface on the GPU against the one on the processor, by its real shaders.
 //!
-//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is required, fail.
+//! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
+//! required, fail.
 
 mod changes;
 
@@ -38,7 +39,8 @@ fn assert_same(name: &str, ours: &Mesh, theirs: &Mesh, distance: f32) {
     assert_eq!((check.0.open_edges, check.0.euler, check.0.components), (0, check.1.euler, check.1.components), "{name}");
 }
 
-/// Random fields of up to three sheets, consistent or not, with whole numbers among them: the same triangles as on the processor.
+/// Random fields of up to three sheets, consistent or not, with whole numbers among them: the same triangles
+/// as on the processor.
 fn random_fields_agree(device: &Device) -> Result<(), Failed> {
     let mut random = Random(3);
     let mut surface = device.surface(&domain(4.0), 1, &SurfaceSettings::default());
@@ -63,7 +65,8 @@ fn random_fields_agree(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Balls and cut cubes: the fields are those of the processor within 1e-5, and the mesh is that of the same fields.
+/// Balls and cut cubes: the fields are those of the processor within 1e-5, and the mesh is that of the same
+/// fields.
 fn clay_agrees(device: &Device) -> Result<(), Failed> {
     let mut random = Random(4);
     let mut cases: Vec<(String, SurfaceSource, Tier)> = vec![];
@@ -122,7 +125,8 @@ fn normals_agree(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Clay at rest is extracted once; the same clay forced twice gives the same bits; clay that moves is extracted again, with a tail.
+/// Clay at rest is extracted once; the same clay forced twice gives the same bits; clay that moves is
+/// extracted again, with a tail.
 fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     let source = ball(4.0, 0.5, 3);
     let settings = SurfaceSettings::default();
@@ -146,7 +150,8 @@ fn clay_at_rest_stays_bit_identical(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A surface of another tier, or of fewer particles, goes on in the same mesh: nothing is left of what stood there.
+/// A surface of another tier, or of fewer particles, goes on in the same mesh: nothing is left of what stood
+/// there.
 fn another_surface_leaves_nothing_of_the_first(device: &Device) -> Result<(), Failed> {
     let (large, small) = (ball(5.0, 0.5, 3), ball(3.0, 0.5, 3));
     let settings = SurfaceSettings::default();
@@ -251,7 +256,8 @@ fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Particles and clusters scattered about a cube: the grains are the processor's, and so is the surface without them; a ball has none, a cube has none.
+/// Particles and clusters scattered about a cube: the grains are the processor's, and so is the surface
+/// without them; a ball has none, a cube has none.
 fn grains_agree(device: &Device) -> Result<(), Failed> {
     let mut random = Random(11);
     let mut partial = 0;
@@ -284,8 +290,8 @@ fn grains_agree(device: &Device) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Two runs give the same bits; what hardly moves keeps them; a grain that moves, goes or comes is seen though the surface is the same. Room that is enough for the surface
-/// alone is told as too little.
+/// Two runs give the same bits; what hardly moves keeps them; a grain that moves, goes or comes is seen
+/// though the surface is the same. Room that is enough for the surface alone is told as too little.
 fn grains_rest_and_move_with_the_clay(device: &Device) -> Result<(), Failed> {
     let source = with_dust(&ball(4.0, 0.25, 3), 200);
     let settings = SurfaceSettings::default();

@@ -33,8 +33,9 @@ fn assert_few(name: &str, kind: Kind, count: usize, most: [usize; 4]) {
     assert!(is_fine, "{name}");
 }
 
-/// 80 random cuts, half of them through, as made, and after a random affine map of +-15 %: always closed and oriented as extracted, a
-/// manifold of the right topology after repair. Measured: a handle at the crack front in 1 of 320.
+/// 80 random cuts, half of them through, as made, and after a random affine map of +-15 %: always closed and
+/// oriented as extracted, a manifold of the right topology after repair. Measured: a handle at the crack
+/// front in 1 of 320.
 #[test]
 fn cuts_of_no_width_give_the_right_bodies() {
     assert_few("one cut", CutCube::one, 80, [1, 0, 0, 0]);
@@ -78,7 +79,8 @@ fn equation_9_cannot_show_a_thin_cut() {
     assert!(count >= 24, "{count}");
 }
 
-/// Two lumps that a cut parts, with some dust of no side beside them: the dust joins them only by the rule that failed.
+/// Two lumps that a cut parts, with some dust of no side beside them: the dust joins them only by the rule
+/// that failed.
 #[test]
 fn empty_nodes_do_not_bridge_a_cut() {
     let (mut total, mut front, mut back) = (vec![0.0; 6 * 5 * 5], vec![0.0; 6 * 5 * 5], vec![0.0; 6 * 5 * 5]);

@@ -8,8 +8,8 @@ use bevy_clay::surface::stitch::separate;
 use clay_acceptance::cases::surface::clay::Random;
 use proptest::prelude::*;
 
-/// 1,000 random fields of 7^3 nodes, half of them of whole numbers with many exact zeros: closed, manifold, oriented, no degenerate
-/// triangle, Euler number as the nodes say.
+/// 1,000 random fields of 7^3 nodes, half of them of whole numbers with many exact zeros: closed, manifold,
+/// oriented, no degenerate triangle, Euler number as the nodes say.
 #[test]
 fn random_fields_match_the_oracle() {
     let mut random = Random(1);

@@ -15,8 +15,9 @@ fn read(path: &Path) -> Mesh {
     Mesh::new(read.positions.iter().map(|p| p.as_vec3().to_array()).collect(), read.triangles)
 }
 
-/// Random cuts (through, partial, crossing, parallel, one that ends within both halves), written whole and simplified to a tenth of a cell, together and apart,
-/// and read back by a reader that merges equal positions: the bodies and the volume of the mesh as extracted. Measured: simplification keeps 3.2 % of the
+/// Random cuts (through, partial, crossing, parallel, one that ends within both halves), written whole and
+/// simplified to a tenth of a cell, together and apart, and read back by a reader that merges equal
+/// positions: the bodies and the volume of the mesh as extracted. Measured: simplification keeps 3.2 % of the
 /// triangles and is refused nowhere.
 #[test]
 fn cuts_survive_their_files_simplified_or_not() {

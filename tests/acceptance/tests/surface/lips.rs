@@ -14,8 +14,9 @@ fn tag(side: i8) -> u32 {
     u32::from_le_bytes([u8::from(side != 0), side.cast_unsigned(), 0, 0])
 }
 
-/// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from the cube's faces.
-/// Measured: 0.0002 to 0.0052 cells apart, rms off the plane 0.02 to 0.06, worst vertex 0.15 (0.30 with lips midway between nodes).
+/// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from
+/// the cube's faces. Measured: 0.0002 to 0.0052 cells apart, rms off the plane 0.02 to 0.06, worst vertex
+/// 0.15 (0.30 with lips midway between nodes).
 #[test]
 fn lips_of_a_cut_at_rest_touch() {
     let mut random = Random(13);
@@ -40,7 +41,8 @@ fn lips_of_a_cut_at_rest_touch() {
     }
 }
 
-/// Where a cut along z of a cube ends: lowest lip vertex over the end of the tags [cells], per cube, and the longest edge [m].
+/// Where a cut along z of a cube ends: lowest lip vertex over the end of the tags [cells], per cube, and the
+/// longest edge [m].
 fn fronts(rules: &Rules) -> (Vec<f64>, f32) {
     let mut random = Random(17);
     let mut ends = Vec::new();
@@ -70,14 +72,16 @@ fn crack_front_stands_where_the_tags_end() {
     let rules = Rules::new(CutMethod::TwoSided);
     let (ends, longest) = fronts(&rules);
     assert!(ends.iter().all(|e| e.abs() <= 0.75), "{ends:?} cells");
-    // The diagonal of a cell of the visual grid is 0.87 cells; a cap over a whole unwelded front would be longer.
+    // The diagonal of a cell of the visual grid is 0.87 cells; a cap over a whole unwelded front would be
+    // longer.
     assert!(f64::from(longest) <= 0.9 * CELL, "{longest} m");
     // The way that failed, any trace of a tag making an owner: the cut runs ahead of its tags.
     let (ends, _) = fronts(&Rules { owner_share: 0.05, ..rules });
     assert!(ends.iter().all(|e| *e < -0.75), "{ends:?} cells");
 }
 
-/// A cut that gapes by 0.2 cells per cell of depth: its lips part from nothing at the front, smoothly, to the gap of the clay.
+/// A cut that gapes by 0.2 cells per cell of depth: its lips part from nothing at the front, smoothly, to the
+/// gap of the clay.
 #[test]
 fn lips_close_smoothly_at_the_front() {
     const SLOPE: f64 = 0.3;

@@ -13,7 +13,8 @@ use clay_acceptance::cases::surface::clay::{
 };
 use glam::{DVec3, Vec3};
 
-/// Distance and normal where a ray meets a mesh first from outside: all triangles are asked (Moeller and Trumbore).
+/// Distance and normal where a ray meets a mesh first from outside: all triangles are asked (Moeller and
+/// Trumbore).
 fn cast_mesh(mesh: &Mesh, origin: DVec3, way: DVec3) -> Option<(f64, Vec3)> {
     let hit = |t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(*t);
@@ -77,7 +78,8 @@ impl Shape {
         reaches.iter().any(|r| (r - reaches[0]).abs() > 0.01 * self.spacing)
     }
 
-    /// 1000 rays through the mesh's box, from outside of it or from within: hits and misses agree but for grazing rays, and so do places and normals.
+    /// 1000 rays through the mesh's box, from outside of it or from within: hits and misses agree but for
+    /// grazing rays, and so do places and normals.
     fn assert_rays_agree(&self, name: &str, from_within: bool, random: &mut Random) {
         let (low, high) = self.mesh.bounds().expect("a mesh");
         let (low_node, high_node) = self.field.bounds(self.settings.iso_threshold).expect("clay");
@@ -123,8 +125,8 @@ fn open_cut(gap: f64, random: &mut Random) -> SurfaceSource {
     source(domain(36.0), &points, |i| tags[i], 1.0)
 }
 
-/// Ball, blobs, cubes with cuts: closed, open, crossing, ending within. Measured: no grazing ray in 18,000, off by 2e-5 node spacings and 0.06 degrees at most (rounding of
-/// the mesh's vertices).
+/// Ball, blobs, cubes with cuts: closed, open, crossing, ending within. Measured: no grazing ray in 18,000,
+/// off by 2e-5 node spacings and 0.06 degrees at most (rounding of the mesh's vertices).
 #[test]
 fn rays_meet_what_the_mesh_shows() {
     let mut random = Random(21);
@@ -152,7 +154,8 @@ fn world(domain: &Domain, cells: DVec3) -> DVec3 {
     domain.to_world(cells)
 }
 
-/// Rays into the gap of an open cut meet the lips where the clay ends. Measured: within 0.11 cells of the plane and 4 degrees of its normal.
+/// Rays into the gap of an open cut meet the lips where the clay ends. Measured: within 0.11 cells of the
+/// plane and 4 degrees of its normal.
 #[test]
 fn lips_of_an_open_cut_are_hit() {
     let mut random = Random(22);

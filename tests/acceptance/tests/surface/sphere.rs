@@ -45,7 +45,8 @@ fn sphere_error(mesh: &Mesh, domain: &Domain, radius: f64) -> SphereError {
 }
 
 /// Sphere of 10 cells, 8 particles per cell, jitter 1/4 and 1/2 of the particle distance, default settings.
-/// Measured: volume -0.11 and -0.18 %, rms 0.032 and 0.043 cells, vertex normals 2.4 and 3.1 degrees rms, one body.
+/// Measured: volume -0.11 and -0.18 %, rms 0.032 and 0.043 cells, vertex normals 2.4 and 3.1 degrees rms, one
+/// body.
 #[test]
 fn sphere_of_ten_cells_is_accurate_on_the_fine_grid() {
     for jitter in [0.25, 0.5] {
@@ -59,7 +60,8 @@ fn sphere_of_ten_cells_is_accurate_on_the_fine_grid() {
     }
 }
 
-/// The same on the coarse grid. Measured: volume -0.82 and -0.89 %, rms 0.026 and 0.033 cells, vertex normals 1.3 and 1.5 degrees rms.
+/// The same on the coarse grid. Measured: volume -0.82 and -0.89 %, rms 0.026 and 0.033 cells, vertex normals
+/// 1.3 and 1.5 degrees rms.
 #[test]
 fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     for jitter in [0.25, 0.5] {
@@ -71,7 +73,8 @@ fn sphere_of_ten_cells_is_accurate_on_the_coarse_grid() {
     }
 }
 
-/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512. Measured: volume -0.45 %.
+/// Compressed clay keeps its place: particles at 0.8 of their distance and J = 0.512. Measured: volume -0.45
+/// %.
 #[test]
 fn sphere_of_compressed_clay_keeps_its_volume() {
     let s = ball(RADIUS, 0.25, 3);
@@ -84,8 +87,8 @@ fn sphere_of_compressed_clay_keeps_its_volume() {
 }
 
 /// Clusters of 8 particles keep their volume within 50 % in the mean, of 27 and more within 25 % each.
-/// Measured volume over particle volume, mean of 30: 1 1.5, 2 2.4, 4 1.6, 8 1.43, 16 1.05, 27 0.86, 64 0.81, 125 0.80. The coarse grid does not
-/// resolve clusters: 8 0.9, 27 0.2, 125 0.5.
+/// Measured volume over particle volume, mean of 30: 1 1.5, 2 2.4, 4 1.6, 8 1.43, 16 1.05, 27 0.86, 64 0.81,
+/// 125 0.80. The coarse grid does not resolve clusters: 8 0.9, 27 0.2, 125 0.5.
 #[test]
 fn small_clusters_keep_their_volume() {
     for tier in [Tier::Fine, Tier::Coarse] {
@@ -108,8 +111,9 @@ fn small_clusters_keep_their_volume() {
     }
 }
 
-/// Every particle shows: by the surface, or as a grain. Mesh and grains together have the particles' volume: clusters of 27 and more
-/// within 25 % each, of 8 and more within 50 % in the mean; smaller ones are grains alone.
+/// Every particle shows: by the surface, or as a grain. Mesh and grains together have the particles' volume:
+/// clusters of 27 and more within 25 % each, of 8 and more within 50 % in the mean; smaller ones are grains
+/// alone.
 #[test]
 fn no_particle_is_lost() {
     for count in [1, 2, 4, 7, 8, 12, 16, 27, 64, 125] {

@@ -9,7 +9,8 @@ use bevy_clay::surface::mesh::Mesh;
 use clay_acceptance::cases::surface::clay::{CutCube, Random, ball, domain, lattice, source};
 use glam::{DMat3, DVec3};
 
-/// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same volume.
+/// A cut cube through an STL file, whose reader merges equal positions: still two closed bodies of the same
+/// volume.
 #[test]
 fn cut_survives_an_stl_file() {
     let mut random = Random(14);

@@ -107,7 +107,8 @@ impl Point {
     }
 }
 
-/// One knob at a time from the defaults on `default` cells, then `cells` with the defaults and `clamped` with clamped walls.
+/// One knob at a time from the defaults on `default` cells, then `cells` with the defaults and `clamped` with
+/// clamped walls.
 pub(crate) fn points(default: i32, cells: &[i32], clamped: &[i32], averaging: &[f64]) -> Vec<Point> {
     let base = Setting::new(default);
     let mut points = vec![Point { knob: Knob::Default, setting: base }];
@@ -138,7 +139,8 @@ pub(crate) fn points(default: i32, cells: &[i32], clamped: &[i32], averaging: &[
 mod tests {
     use super::*;
 
-    /// The default stands once, first, and each other point differs from it by its own knob only, walls by their cells too.
+    /// The default stands once, first, and each other point differs from it by its own knob only, walls by
+    /// their cells too.
     #[test]
     fn points_turn_one_knob_at_a_time() {
         let points = points(16, &[8, 16, 32], &[16, 32], &[0.0, 0.1, 0.3]);

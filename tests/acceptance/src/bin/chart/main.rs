@@ -1,8 +1,11 @@
-//! What accuracy costs: the error of cases with an exact answer against the time that a simulated second takes, over every knob.
+//! What accuracy costs: the error of cases with an exact answer against the time that a simulated second
+//! takes, over every knob.
 //!
-//! `cargo run --release --no-default-features --bin chart -- --out DIR [--quick] [--engine gpu] [--only SUBSTRING] [--docs docs [--redraw]]`
+//! `cargo run --release --no-default-features --bin chart -- --out DIR [--quick] [--engine gpu] [--only
+//! SUBSTRING] [--docs docs [--redraw]]`
 //!
-//! Writes chart.csv, chart.svg and chart.png to DIR and prints what buys accuracy cheapest, from the figures. Exit code 2: bad arguments.
+//! Writes chart.csv, chart.svg and chart.png to DIR and prints what buys accuracy cheapest, from the figures.
+//! Exit code 2: bad arguments.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
 
 mod knobs;
@@ -34,7 +37,8 @@ struct Args {
     /// Two points a scene: whether the command works.
     #[arg(long)]
     smoke: bool,
-    /// Writes rows, picture and sentences to data/chart.json, images/chart.png and between the marks of EVIDENCE.md in DOCS.
+    /// Writes rows, picture and sentences to data/chart.json, images/chart.png and between the marks of
+    /// EVIDENCE.md in DOCS.
     #[arg(long, value_name = "DOCS")]
     docs: Option<PathBuf>,
     /// Measures nothing, and draws what DOCS has on record.

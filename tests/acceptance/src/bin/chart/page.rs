@@ -24,7 +24,8 @@ fn section(table: &Table) -> String {
     format!("![Error against time](images/chart.png)\n\n{}\n", text(table))
 }
 
-/// Puts the table on record in `docs`, copies the picture to images/chart.png there, and the section between the marks of EVIDENCE.md.
+/// Puts the table on record in `docs`, copies the picture to images/chart.png there, and the section between
+/// the marks of EVIDENCE.md.
 ///
 /// # Errors
 /// A file that cannot be read or written, or a page without marks.

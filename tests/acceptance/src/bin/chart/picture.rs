@@ -1,4 +1,5 @@
-//! The chart: per panel the error over the time of a simulated second, both in decades, with real time, the front, and a value beside each point.
+//! The chart: per panel the error over the time of a simulated second, both in decades, with real time, the
+//! front, and a value beside each point.
 
 use super::knobs::Knob;
 use super::table::{Row, Table};

@@ -1,7 +1,8 @@
 //! What is charted: cases with an exact answer, run with any setting.
 //!
-//! Cell widths in the cases' own room are all the same, and the clay is scaled instead: a scene of twice the cells is twice as large. Times are those
-//! of one and the same scene of real size by similarity, see [`Run::simulated`].
+//! Cell widths in the cases' own room are all the same, and the clay is scaled instead: a scene of twice the
+//! cells is twice as large. Times are those of one and the same scene of real size by similarity, see
+//! [`Run::simulated`].
 
 use super::knobs::{Effort, Knob, Point, Setting, points};
 use bevy_clay::sim::prelude::*;
@@ -122,7 +123,8 @@ fn punch_points(effort: Effort) -> Vec<Point> {
     }
 }
 
-/// A strip pressed into clay where plain MPM begins to lock: six times as wide as the strip, twice as deep, and as thick as it is wide.
+/// A strip pressed into clay where plain MPM begins to lock: six times as wide as the strip, twice as deep,
+/// and as thick as it is wide.
 fn punch(setting: &Setting) -> Punch {
     Punch {
         width: setting.cells,

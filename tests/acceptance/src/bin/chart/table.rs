@@ -231,7 +231,8 @@ pub(crate) mod tests {
         assert_eq!(quartiles(&[7.0]), [7.0; 3]);
     }
 
-    /// A row is off the front if another is better in one figure and no worse in the other; what is not finite is on no front and betters nothing.
+    /// A row is off the front if another is better in one figure and no worse in the other; what is not
+    /// finite is on no front and betters nothing.
     #[test]
     fn front_holds_what_no_other_betters() {
         let at = |error, cost| row(Knob::Cells, Setting::new(8), error, cost);

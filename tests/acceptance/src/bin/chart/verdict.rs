@@ -4,7 +4,8 @@ use super::knobs::Knob;
 use super::table::{Row, Table};
 use std::fmt::Write as _;
 
-/// A change of the error below this counts as none [-]: the difference of two errors is real, that of two times is not always.
+/// A change of the error below this counts as none [-]: the difference of two errors is real, that of two
+/// times is not always.
 const GAIN: f64 = 0.05;
 
 /// A row against the default.

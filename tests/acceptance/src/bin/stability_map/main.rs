@@ -1,12 +1,15 @@
-//! Where a run blows up, over step, stiffness and tool speed, for the law as published and the one by default: CSV, PNG and SVG.
+//! Where a run blows up, over step, stiffness and tool speed, for the law as published and the one by
+//! default: CSV, PNG and SVG.
 //!
 //! `cargo run --release --no-default-features --bin stability_map -- --out DIR [--quick]`
 //!
-//! A block of clay stands on a sticky floor for 0.3 s; then a rod goes down into it to mid-height and stays there to 0.6 s. The step is set past every
-//! limiter. A run has blown up when a frame was redone for speed or given up, a particle's stretch left 0.05 .. 20, a number is not finite, or the
-//! energy that the tool did not bring grew beyond 1.5 times the first.
+//! A block of clay stands on a sticky floor for 0.3 s; then a rod goes down into it to mid-height and stays
+//! there to 0.6 s. The step is set past every limiter. A run has blown up when a frame was redone for speed
+//! or given up, a particle's stretch left 0.05 .. 20, a number is not finite, or the energy that the tool did
+//! not bring grew beyond 1.5 times the first.
 //!
-//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does. 2: bad arguments, or the files cannot be written.
+//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does. 2: bad arguments, or
+//! the files cannot be written.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints where its files are, and errors")]
 
 mod picture;
@@ -33,7 +36,8 @@ struct Args {
     quick: bool,
 }
 
-/// Yield stress of the default clay far from the tool [Pa]; near it is a fifth, as in the reference computation of the published law's failure.
+/// Yield stress of the default clay far from the tool [Pa]; near it is a fifth, as in the reference
+/// computation of the published law's failure.
 const YIELD_STRESS: f64 = 1e4;
 /// Growth of the energy that is a blow-up.
 const GROWTH_MAX: f64 = 1.5;

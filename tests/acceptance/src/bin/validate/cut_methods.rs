@@ -1,4 +1,5 @@
-//! The picture of the methods of cutting: per figure a panel, over the way of the blade in a substep, a line per method.
+//! The picture of the methods of cutting: per figure a panel, over the way of the blade in a substep, a line
+//! per method.
 
 use clay_acceptance::data::Record;
 use clay_acceptance::lab::Size;
@@ -12,14 +13,16 @@ pub(crate) const NAME: &str = "cut_methods";
 /// What it shows.
 pub(crate) const TITLE: &str = "Methods of cutting: what goes through the blade, how deep, and the clay's volume ratios";
 
-/// How the rows name the methods, with a colour and a mark for each (Okabe and Ito 2008: told apart by every eye).
+/// How the rows name the methods, with a colour and a mark for each (Okabe and Ito 2008: told apart by every
+/// eye).
 const METHODS: [(&str, RGBColor); 4] = [
     ("ours", RGBColor(0, 0, 0)),
     ("as published", RGBColor(213, 94, 0)),
     ("rigid particles", RGBColor(0, 114, 178)),
     ("interactive particles", RGBColor(0, 158, 115)),
 ];
-/// The panels: title, the figures in it as the rows name them, with the range of the axis, which has decades if it begins above 0.
+/// The panels: title, the figures in it as the rows name them, with the range of the axis, which has decades
+/// if it begins above 0.
 const PANELS: [(&str, &[&str], Range<f64>); 3] = [
     ("swept particles that go through [%]", &["swept particles that go through"], 0.0..100.0),
     (

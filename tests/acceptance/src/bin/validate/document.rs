@@ -1,4 +1,5 @@
-//! The summary of the acceptance cases in docs/EVIDENCE.md: a line per case, from the rows on record in docs/data.
+//! The summary of the acceptance cases in docs/EVIDENCE.md: a line per case, from the rows on record in
+//! docs/data.
 
 use super::cut_methods::{NAME, TITLE};
 use super::evidence::{self, EVIDENCE};
@@ -41,7 +42,8 @@ fn marks(table: &str) -> [String; 2] {
     ["BEGIN", "END"].map(|end| format!("<!-- RESULTS {table}:{end} -->\n"))
 }
 
-/// The page with the tables of results of other commands as they are on record; an error names a table that the page has no marks for.
+/// The page with the tables of results of other commands as they are on record; an error names a table that
+/// the page has no marks for.
 pub(crate) fn with_tables(mut page: String, results: &[Outcome]) -> Result<String, String> {
     let mut names: Vec<&str> = results.iter().map(|r| r.table.as_str()).collect();
     names.dedup();
@@ -59,7 +61,8 @@ pub(crate) fn with_tables(mut page: String, results: &[Outcome]) -> Result<Strin
     Ok(page)
 }
 
-/// The rows of a case that stand for it: of each engine those of the full run, or of the quick one where there was no other.
+/// The rows of a case that stand for it: of each engine those of the full run, or of the quick one where
+/// there was no other.
 fn shown<'a>(records: &'a [Record], case: &str) -> Vec<&'a Record> {
     let of = |engine, size| {
         let is_so = move |r: &&Record| r.group == case && r.run.engine == Some(engine) && r.run.size == size;
@@ -95,7 +98,8 @@ fn line(case: &str, shown: &[&Record]) -> String {
 /// How much of what its limit allows a row takes; beyond 1 it misses.
 fn share(row: &Row) -> f64 {
     let (value, of) = if row.bound == Bound::Max { (row.value, row.limit) } else { (row.limit, row.value) };
-    // A count of 0 where none is allowed, and a yes, are as far from their limits as can be; what is no number misses it.
+    // A count of 0 where none is allowed, and a yes, are as far from their limits as can be; what is no
+    // number misses it.
     if value == 0.0 || (row.unit == "yes" && row.ok) {
         0.0
     } else if value.is_nan() || of.is_nan() {

@@ -1,4 +1,5 @@
-//! Data for peers, programs in Python under benches/peers: files in every format, particles, fields, and our own figures on them.
+//! Data for peers, programs in Python under benches/peers: files in every format, particles, fields, and our
+//! own figures on them.
 
 use bevy_clay::prelude::{ExportFormat, write_mesh};
 use bevy_clay::sim::prelude::*;
@@ -24,7 +25,8 @@ const PARTICLE_BALL: f64 = 14.63;
 /// Radius of the large ball [nodes].
 const LARGE_BALL: f64 = 80.0;
 
-/// Writes into `folder`, which is made if missing; `ours.json` holds our figures: `files` with the volume that each should have [m^3], `times` [ms].
+/// Writes into `folder`, which is made if missing; `ours.json` holds our figures: `files` with the volume
+/// that each should have [m^3], `times` [ms].
 pub(crate) fn write(folder: &Path, size: Size) -> Result<(), String> {
     let fault = |e: std::io::Error| format!("--dump {}: {e}", folder.display());
     fs::create_dir_all(folder).map_err(fault)?;

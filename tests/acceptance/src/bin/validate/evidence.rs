@@ -1,4 +1,5 @@
-//! What the table of acceptance cases says beside the figures of a run: the exact answer, and what codes and papers of the field reach.
+//! What the table of acceptance cases says beside the figures of a run: the exact answer, and what codes and
+//! papers of the field reach.
 
 /// Of the rows of a case whose names start with `rows`.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,10 @@
 //! Acceptance cases of the solver and the surface against closed-form answers, computed beside each scenario.
 //!
-//! `cargo validate SUITE [--quick] [--engine gpu] [--json FILE] [--docs docs] [--dump DIR] [--only SUBSTRING]`
+//! `cargo validate SUITE [--quick] [--engine gpu] [--json FILE] [--docs docs] [--dump DIR] [--only
+//! SUBSTRING]`
 //!
-//! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a known miss got a tenth
-//! worse or passes now. 2: bad arguments.
+//! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a
+//! known miss got a tenth worse or passes now. 2: bad arguments.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
 
 mod cut_methods;
@@ -33,7 +34,8 @@ struct Args {
     /// Writes the rows to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Puts the rows on record in DOCS/data, in place of those of the same cases, size and engine, and writes the summary in DOCS/EVIDENCE.md anew.
+    /// Puts the rows on record in DOCS/data, in place of those of the same cases, size and engine, and writes
+    /// the summary in DOCS/EVIDENCE.md anew.
     #[arg(long, value_name = "DOCS")]
     docs: Option<PathBuf>,
     /// The engine that runs the cases.

@@ -95,7 +95,8 @@ pub fn clusters(size: Size) -> Vec<Row> {
     ]
 }
 
-/// A ball that moves by parts of a cell: how much its surface trembles in the clay's own frame. The same clay twice: the same bits.
+/// A ball that moves by parts of a cell: how much its surface trembles in the clay's own frame. The same clay
+/// twice: the same bits.
 pub fn motion(size: Size) -> Vec<Row> {
     const RADIUS: f64 = 10.0;
     let first = ball(RADIUS, 0.5, 3);

@@ -1,4 +1,5 @@
-//! Clay for surfaces: jittered lattices, balls, clusters, cubes with cuts of no width. Shared by `validate` and the tests of the surface.
+//! Clay for surfaces: jittered lattices, balls, clusters, cubes with cuts of no width. Shared by `validate`
+//! and the tests of the surface.
 
 use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::sim::params::{Domain, Walls};
@@ -48,7 +49,8 @@ pub fn domain(cells: f64) -> Domain {
     Domain::new(DVec3::ZERO, DVec3::splat(cells * CELL), CELL, Walls::default()).expect("a domain")
 }
 
-/// Points of a lattice of half a cell, jittered by `jitter` lattice spacings, for which `is_in` holds [cells].
+/// Points of a lattice of half a cell, jittered by `jitter` lattice spacings, for which `is_in` holds
+/// [cells].
 pub fn lattice(low: DVec3, high: DVec3, jitter: f64, random: &mut Random, is_in: impl Fn(DVec3) -> bool) -> Vec<DVec3> {
     let mut points = Vec::new();
     let n = ((high - low) * 2.0).round().as_uvec3();

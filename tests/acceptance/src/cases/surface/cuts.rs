@@ -43,8 +43,9 @@ impl Tally {
 
 /// One cut: half of them right through, half ending in the cube.
 pub fn cuts(size: Size) -> Vec<Row> {
-    // 99.5 % cannot be judged by few: the quick case asks for none wrong of the first 28. The 30th is one of the two or three wrong ones of the full case: the front of
-    // its cut just touches a face of the cube, and the surface has a handle there.
+    // 99.5 % cannot be judged by few: the quick case asks for none wrong of the first 28. The 30th is one of
+    // the two or three wrong ones of the full case: the front of its cut just touches a face of the cube, and
+    // the surface has a handle there.
     let count = size.pick(20, 28, 1000);
     let settings = SurfaceSettings::default();
     let (made, kept) = (tally(CutCube::one, count, false, &settings), tally(CutCube::one, count, true, &settings));

@@ -68,8 +68,8 @@ impl Output {
     }
 }
 
-/// What tells a mesh from another, whose triangles may be in any order: counts, or triangles whose centres are not within `distance` [m] of
-/// one of the other's.
+/// What tells a mesh from another, whose triangles may be in any order: counts, or triangles whose centres
+/// are not within `distance` [m] of one of the other's.
 pub fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<String> {
     let counts = |m: &Mesh| (m.positions.len(), m.triangles.len());
     if counts(ours) != counts(theirs) {
@@ -88,8 +88,8 @@ pub fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<String> {
     (lost > 0).then(|| format!("{lost} triangles that the other has not"))
 }
 
-/// What tells grains from others [m]: which particles they are, places 1e-4 cells apart, radii 1e-3. Those that hardly show, with a radius of 0.02 cells, may be
-/// there or not.
+/// What tells grains from others [m]: which particles they are, places 1e-4 cells apart, radii 1e-3. Those
+/// that hardly show, with a radius of 0.02 cells, may be there or not.
 pub fn grain_difference(ours: &[Grain], theirs: &[Grain], cell_width: f64) -> Option<String> {
     let cells = |length: f32| f64::from(length) / cell_width;
     let key = |all: &[Grain]| all.iter().map(|g| (g.particle, *g)).collect::<HashMap<_, _>>();
@@ -228,7 +228,8 @@ impl Run<'_> {
         self.surface = self.device.surface(&source.domain, source.particles.len() as u32, settings);
     }
 
-    /// Time of one of `count` runs, one after the other, on each of the sources in turn, which are as large as the first.
+    /// Time of one of `count` runs, one after the other, on each of the sources in turn, which are as large
+    /// as the first.
     pub fn time(&mut self, sources: &[&SurfaceSource], count: usize, is_forced: bool) -> Duration {
         let gpu = &self.device.gpu;
         let upload = |source: &&SurfaceSource| {
@@ -289,7 +290,8 @@ impl Run<'_> {
         output(status, vertices, indices)
     }
 
-    /// The status that is on its way. Whoever polls a device calls back for all who wait, and may not be done with it when others' polls return.
+    /// The status that is on its way. Whoever polls a device calls back for all who wait, and may not be done
+    /// with it when others' polls return.
     fn await_status(&mut self) -> SurfaceStatus {
         let start = Instant::now();
         loop {

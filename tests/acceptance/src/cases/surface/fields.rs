@@ -8,7 +8,8 @@ use bevy_clay::surface::extract::extract_field;
 use bevy_clay::surface::field::Field;
 use bevy_clay::surface::oracle::euler_number_of_nodes;
 
-/// Random fields of 7^3 nodes between empty ones; every other one of whole numbers, with many values that equal the threshold.
+/// Random fields of 7^3 nodes between empty ones; every other one of whole numbers, with many values that
+/// equal the threshold.
 pub fn random_fields(size: Size) -> Vec<Row> {
     let mut random = Random(1);
     let extent = [9; 3];

@@ -27,7 +27,8 @@ pub fn on_device(size: Size) -> Vec<Row> {
     rows
 }
 
-/// A ball whose top is pushed in by a fifth of a cell and springs back, frame by frame, against all of it anew.
+/// A ball whose top is pushed in by a fifth of a cell and springs back, frame by frame, against all of it
+/// anew.
 fn dent(device: &Device, size: Size) -> [Row; 2] {
     let source = ball(size.pick(6.0, 10.0, 14.63), 0.25, 3);
     let dented = dented(&source);

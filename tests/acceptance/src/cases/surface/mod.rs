@@ -22,7 +22,8 @@ use bevy_clay::sim::frame::SurfaceParticle;
 use bevy_clay::sim::params::WALL_NODE;
 use glam::DVec3;
 
-/// Particles of a lattice of half a cell, each moved by up to `jitter` of that along each axis, inside the ball; `centre` from the room's low corner.
+/// Particles of a lattice of half a cell, each moved by up to `jitter` of that along each axis, inside the
+/// ball; `centre` from the room's low corner.
 pub fn ball(centre: DVec3, radius: f64, jitter: f64) -> Vec<SurfaceParticle> {
     let mut random = Random::new(3);
     let n = 4 * (radius as i32 + 2);

@@ -35,7 +35,8 @@ fn settled(edge: i32, steps: u32) -> Lab {
     lab
 }
 
-/// The mesh as it is settled, and after each part of a thousand substeps more, as an app shows it: made anew where the field has changed. With the GPU engine, on the device.
+/// The mesh as it is settled, and after each part of a thousand substeps more, as an app shows it: made anew
+/// where the field has changed. With the GPU engine, on the device.
 pub fn at_rest(size: Size) -> Vec<Row> {
     let (edge, steps) = size.pick((4, 1000), (6, 1500), (12, 4000));
     let mut lab = settled(edge, steps);

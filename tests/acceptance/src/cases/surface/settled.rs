@@ -1,4 +1,5 @@
-//! Cuts that the blade has left: made by blades, deformed, shaken and settled on the engine, they are still there, and their lips lie on each other.
+//! Cuts that the blade has left: made by blades, deformed, shaken and settled on the engine, they are still
+//! there, and their lips lie on each other.
 
 use super::clay::{CELL, CUBE_CENTRE, CutCube, Random, affine, domain};
 use crate::lab::{Lab, Size, set_velocity, snapshot, stable_step};
@@ -56,7 +57,8 @@ fn settled(cube: &CutCube, map: DMat3, steps: u32, random: &mut Random) -> (Vec<
     (lab.particles(), extract(&source, &SurfaceSettings::default()))
 }
 
-/// Mean distance [cells] between the lips of a cut through the cube, along its normal `n` at the plane through `point`: area-weighted, away from the faces.
+/// Mean distance [cells] between the lips of a cut through the cube, along its normal `n` at the plane
+/// through `point`: area-weighted, away from the faces.
 fn lip_gap(mesh: &Mesh, n: DVec3, point: DVec3) -> Option<f64> {
     let domain = domain(30.0);
     let (mut areas, mut sums) = ([0.0; 2], [0.0; 2]);

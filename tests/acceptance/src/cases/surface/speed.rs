@@ -50,7 +50,8 @@ pub fn extraction(size: Size) -> Vec<Row> {
     ]
 }
 
-/// Rays through fields: from all around into a ball, and out of the middle of a cube with two cuts that cross.
+/// Rays through fields: from all around into a ball, and out of the middle of a cube with two cuts that
+/// cross.
 pub fn rays(size: Size) -> Vec<Row> {
     let s = large_ball();
     let mut random = Random(25);
