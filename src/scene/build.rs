@@ -69,7 +69,7 @@ impl BuiltScene {
     pub fn next(&self, index: u64, planner: &mut Planner) -> Decision {
         let frame_time = self.scene.frame_time;
         let start = index as f64 * frame_time;
-        planner.frame(&self.snapshot.material, frame_time, self.tool_paths(start, start + frame_time))
+        planner.frame(&self.snapshot.material, frame_time, &self.tool_paths(start, start + frame_time))
     }
 
     /// Refuses frames that would need more substeps than one may have, as far as that is known before the

@@ -61,6 +61,7 @@ const FRAME_FIRST: f64 = 1e-3;
 
 /// What is to be done next.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "made once a frame and taken apart at once")]
 pub enum Decision {
     /// Nothing: no time is owed, or reports have to come first.
     Idle,
@@ -192,14 +193,14 @@ impl Planner {
         let piece = self.trails.piece(owed, self.policy.backlog);
         self.owed = (owed - piece.duration).max(0.0);
         piece.put_down.iter().for_each(|id| self.sheets.lift(*id));
-        let plan = self.draft(material, piece.duration, piece.paths.clone());
+        let plan = self.draft(material, piece.duration, &piece.paths);
         self.drafted = Some(piece);
         Decision::Run(plan)
     }
 
     /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those
     /// of a scene. Nothing if a report has to come first.
-    pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> Decision {
+    pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: &[ToolPath]) -> Decision {
         if self.under_way >= PENDING_MAX {
             return Decision::Idle;
         }
@@ -207,14 +208,14 @@ impl Planner {
     }
 
     /// A plan from the report of the frame two before.
-    fn draft(&mut self, material: &ClayMaterial, duration: f64, paths: Vec<ToolPath>) -> FramePlan {
+    fn draft(&mut self, material: &ClayMaterial, duration: f64, paths: &[ToolPath]) -> FramePlan {
         let Policy { gravity, inertia, time_step, outputs, .. } = self.policy;
         let slot = parity(self.next_id);
         let inertia = if self.engaged[slot] { inertia } else { InertiaScaling::Off };
         // The frame between that report and this plan adds what gravity does in it.
         let speed = self.speeds[slot] + gravity.length() * self.last_duration;
         let limits = StepLimits { speed, inertia, gravity, time_step, ..StepLimits::default() };
-        let mut plan = limits.frame(material, self.cell_width, duration, &paths);
+        let mut plan = limits.frame(material, self.cell_width, duration, paths);
         (plan.id, plan.outputs) = (self.next_id, outputs);
         self.sheets.deal(&mut plan);
         self.last_duration = duration;

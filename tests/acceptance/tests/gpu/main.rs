@@ -3,6 +3,7 @@
 //! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
 //! required, fail.
 
+mod handout;
 mod passes;
 mod robust;
 mod scene;
@@ -100,6 +101,8 @@ fn main() {
         cases("cut_through_cuts_agrees", agreement::recut),
         cases("welding_agrees", agreement::welding),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
+        with_engine("frames_hand_out_what_was_asked_for", handout::frames_hand_out_what_was_asked_for),
+        with_engine("state_is_there_for_the_asking", handout::state_is_there_for_the_asking),
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),
         with_engine("frame_behind_a_given_up_one_does_not_run", robust::frame_behind_a_given_up_one_does_not_run),
