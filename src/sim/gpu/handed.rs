@@ -93,5 +93,6 @@ pub(super) struct Copy {
     pub time: f64,
     pub frame: usize,
     pub readback: Readback,
+    pub is_submitted: bool,
     pub promises: Vec<StatePromise>,
 }

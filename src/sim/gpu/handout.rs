@@ -5,11 +5,12 @@ use super::super::frame::FrameOutputs;
 use super::handed::{self, Copy, Ended, Held};
 use super::readback::{Progress, Readback};
 use super::solver::{Solver, lost};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 impl Solver {
-    /// Takes a request for the state: answered by the next frame whose end is encoded, or by a copy where
-    /// there is none.
+    /// Takes a request for the state: answered by the end of a frame that has begun, or by a copy before the
+    /// next one begins.
     pub(super) fn request(&mut self, promise: StatePromise) {
         if self.frames.is_empty() && self.handed.state.frame == self.reported {
             handed::answer(&self.handed.state, vec![promise]);
@@ -18,32 +19,52 @@ impl Solver {
         }
     }
 
-    /// Encodes a copy of the state for those who asked while no frame is under way.
-    pub(super) fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder) -> bool {
-        if self.requests.is_empty() || self.copy.is_some() {
+    /// Encodes a copy of the state for those who asked: that at the end of the first `ahead` of the frames under
+    /// way, which are encoded already. Returns whether anybody did.
+    pub(super) fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder, ahead: usize) -> bool {
+        if self.requests.is_empty() {
             return false;
         }
         let readback = Readback::new(&self.device, &self.buffers, FrameOutputs { surface: false, state: true });
-        readback.copy_state(encoder, &self.buffers, self.source);
-        let (material, time, frame) = (self.material, self.time, self.reported);
-        self.copy = Some(Copy { material, time, frame, readback, promises: std::mem::take(&mut self.requests) });
-        self.is_copy_unsubmitted = true;
+        readback.copy_state(encoder, &self.buffers, (self.source + ahead) % 2);
+        let time = self.frames.iter().take(ahead).fold(self.time, |time, frame| time + frame.plan.duration());
+        let before = ahead.checked_sub(1).and_then(|i| self.frames.get(i));
+        let material = before.map_or(self.material, |frame| frame.plan.material);
+        let promises = std::mem::take(&mut self.requests);
+        self.copies.push_back(Copy { material, time, frame: self.reported + ahead, readback, is_submitted: false, promises });
         true
     }
 
-    /// Answers those whose copy of the state has come back.
-    pub(super) fn finish_copy(&mut self) -> Result<(), EngineError> {
-        let progress = self.copy.as_ref().map_or(Progress::Pending, |copy| copy.readback.progress());
-        match progress {
-            Progress::Pending => Ok(()),
-            Progress::Lost => Err(lost()),
-            Progress::Done => {
-                let Some(Copy { material, time, frame, readback, promises }) = self.copy.take() else { return Ok(()) };
-                let ended = Ended { domain: self.domain, material, time, frame, held: Held::Device(readback) };
-                self.hand_out_state(Arc::new(ended), promises);
-                Ok(())
+    /// Maps the copies that were submitted.
+    pub(super) fn map_copies(&mut self) {
+        for copy in self.copies.iter_mut().filter(|copy| !copy.is_submitted) {
+            copy.readback.map();
+            copy.is_submitted = true;
+        }
+    }
+
+    /// Forgets the copies that were made of frames that failed: they are asked for again.
+    pub(super) fn drop_copies(&mut self) {
+        let (kept, failed) = std::mem::take(&mut self.copies).into_iter().partition(|copy| copy.frame <= self.reported);
+        self.copies = kept;
+        let failed: VecDeque<Copy> = failed;
+        self.requests.extend(failed.into_iter().flat_map(|copy| copy.promises));
+    }
+
+    /// Answers those whose copy of the state has come back, when the frames that led to it are reported.
+    pub(super) fn finish_copies(&mut self) -> Result<(), EngineError> {
+        while let Some(copy) = self.copies.front().filter(|copy| copy.frame <= self.reported) {
+            match copy.readback.progress() {
+                Progress::Pending => break,
+                Progress::Lost => return Err(lost()),
+                Progress::Done => {
+                    let Some(Copy { material, time, frame, readback, promises, .. }) = self.copies.pop_front() else { break };
+                    let ended = Ended { domain: self.domain, material, time, frame, held: Held::Device(readback) };
+                    self.hand_out_state(Arc::new(ended), promises);
+                }
             }
         }
+        Ok(())
     }
 
     /// Keeps a state as the newest, unless a newer one has come meanwhile, and answers those who asked for

@@ -45,7 +45,7 @@ pub(super) enum Share {
 /// A plan on its way.
 #[derive(Debug)]
 pub(super) struct Frame {
-    plan: FramePlan,
+    pub(super) plan: FramePlan,
     /// Halvings of the step.
     redone: u32,
     /// Redone for more room, more headroom or more re-bins.
@@ -115,7 +115,7 @@ pub(super) struct Solver {
     pub(super) material: ClayMaterial,
     /// Requests for a state that nothing on its way to the device answers.
     pub(super) requests: Vec<StatePromise>,
-    pub(super) copy: Option<Copy>,
+    pub(super) copies: VecDeque<Copy>,
     /// Frames that failed.
     pub(super) failures: u64,
     #[cfg(feature = "reference")]
@@ -127,8 +127,6 @@ pub(super) struct Solver {
     pub(super) spare: Option<Readback>,
     /// The frame whose readback the submission now being made fills.
     pub(super) unsubmitted: Option<usize>,
-    /// Whether that submission makes [`Self::copy`].
-    pub(super) is_copy_unsubmitted: bool,
 }
 
 /// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is
@@ -188,7 +186,7 @@ impl Solver {
             }),
             material: snapshot.material,
             requests: vec![],
-            copy: None,
+            copies: VecDeque::new(),
             #[cfg(feature = "reference")]
             last_scales: Scales::default(),
             failures: 0,
@@ -196,7 +194,6 @@ impl Solver {
             substep_seconds: None,
             spare: None,
             unsubmitted: None,
-            is_copy_unsubmitted: false,
         })
     }
 
@@ -263,9 +260,13 @@ impl Solver {
             return Ok(false);
         }
         let Some(index) = self.frames.iter().take(2).position(|f| !f.is_encoded()) else {
-            return Ok(self.frames.is_empty() && self.encode_copy(encoder));
+            return Ok(self.frames.is_empty() && self.encode_copy(encoder, 0));
         };
         self.make_room(index)?;
+        if self.frames[index].done == 0 {
+            // Who asked before this frame was begun does not want to see it.
+            self.encode_copy(encoder, index);
+        }
         let source = (self.source + index) % 2;
         // Halved or not, a frame lasts as long as it was planned to.
         let start = self.frames.iter().take(index).fold(self.time, |time, frame| time + frame.plan.duration());
@@ -317,11 +318,7 @@ impl Solver {
         if let Some(readback) = readback {
             readback.map();
         }
-        if std::mem::take(&mut self.is_copy_unsubmitted)
-            && let Some(copy) = &self.copy
-        {
-            copy.readback.map();
-        }
+        self.map_copies();
     }
 
     /// Makes the buffers of nodes fit the frame: classes for a cut, poses for its tools.
@@ -347,7 +344,7 @@ impl Solver {
     /// # Errors
     /// The device is lost, or has not the room that the clay needs by now.
     pub(super) fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
-        self.finish_copy()?;
+        self.finish_copies()?;
         if self.is_doomed() {
             return Ok(self.give_up());
         }
@@ -425,6 +422,7 @@ impl Solver {
     fn recover(&mut self, status: &Status) -> Result<Option<FrameReport>, GpuError> {
         self.clears_flags = true;
         self.reruns += 1;
+        self.drop_copies();
         for frame in &mut self.frames {
             (frame.done, frame.readback) = (0, None);
             self.requests.append(&mut frame.promises);
