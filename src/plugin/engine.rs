@@ -284,6 +284,7 @@ impl Plugin for EnginePlugin {
 }
 
 /// Ends what runs for a [`Clay`] that goes.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
     commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart)>();
 }
