@@ -83,7 +83,10 @@ fn main() -> AppExit {
         )
         .add_systems(PreUpdate, screen::fit)
         .add_systems(PostUpdate, screen::refresh)
-        .add_systems(Update, (tools::tint, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show))
+        .add_systems(
+            Update,
+            (tools::tint, tools::late, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show),
+        )
         .add_systems(EguiPrimaryContextPass, (screen::show, hud::bar, hud::help).chain());
     // The camera with the panels is chosen by hand.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;

@@ -142,10 +142,16 @@ impl Hand {
 #[derive(Component)]
 pub(crate) struct InHand;
 
+/// The tool as the clay has it: in slow motion it is behind the hand.
+#[derive(Component)]
+pub(crate) struct InClay;
+
 const FREE: Color = Color::srgba(0.35, 0.55, 0.75, 0.40);
 const TOUCHING: Color = Color::srgba(0.95, 0.62, 0.20, 0.50);
 
-/// Makes the tool's entity.
+const LATE: Color = Color::srgba(0.95, 0.62, 0.20, 0.25);
+
+/// Makes the tool's entity, and that of the tool as the clay has it.
 pub(crate) fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
     let hand = Hand::default();
     let material = StandardMaterial {
@@ -155,11 +161,20 @@ pub(crate) fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mu
         double_sided: true,
         ..default()
     };
+    let mesh = meshes.add(hand.mesh());
+    commands.spawn((
+        InClay,
+        Name::new("tool as the clay has it"),
+        Mesh3d(mesh.clone()),
+        MeshMaterial3d(materials.add(StandardMaterial { base_color: LATE, ..material.clone() })),
+        Visibility::Hidden,
+        NotShadowCaster,
+    ));
     commands.spawn((
         InHand,
         Name::new("tool"),
         SculptTool { is_active: false, ..default() },
-        Mesh3d(meshes.add(hand.mesh())),
+        Mesh3d(mesh),
         MeshMaterial3d(materials.add(material)),
         Visibility::Hidden,
         NotShadowCaster,
@@ -176,6 +191,30 @@ pub(crate) fn shape(hand: Res<Hand>, tool: Single<(&mut SculptTool, &Mesh3d), Wi
         // Fails only for a mesh that is gone, which its handle rules out.
         let _ = meshes.insert(&mesh.0, hand.mesh());
     }
+}
+
+/// The tool in hand, and not its picture.
+type HandOnly = (With<InHand>, Without<InClay>);
+
+/// Draws the tool where the clay has it, while that is elsewhere than in the hand.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(crate) fn late(
+    hand: Single<(Entity, &Transform), HandOnly>,
+    late: Single<(&mut Transform, &mut Visibility), With<InClay>>,
+    clay: Query<(&ClayEngine, &GlobalTransform)>,
+) {
+    /// Less is not seen [m].
+    const APART: f32 = 0.0005;
+    let (tool, held) = *hand;
+    let (mut late, mut visibility) = late.into_inner();
+    let pose = clay.single().ok().and_then(|(engine, place)| Some((engine.tool_pose(tool)?, place)));
+    let is_seen = pose.is_some_and(|(pose, place)| {
+        let position = place.transform_point(pose.position.as_vec3());
+        let rotation = place.rotation() * pose.rotation.as_quat();
+        late.set_if_neq(Transform { translation: position, rotation, scale: held.scale });
+        position.distance(held.translation) > APART
+    });
+    visibility.set_if_neq(if is_seen { Visibility::Visible } else { Visibility::Hidden });
 }
 
 /// Tints the tool while it touches clay.
