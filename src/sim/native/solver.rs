@@ -1,7 +1,6 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
 
 use super::super::coefficients::Coefficients;
-use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
@@ -11,6 +10,7 @@ use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
 use super::super::tool::BAND;
+use super::super::weld::WeldRule;
 use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
