@@ -161,7 +161,8 @@ fn named(module: &Module, code: &str, all: &BTreeMap<Module, String>) -> BTreeSe
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let starts = code.match_indices(is_word).map(|(i, _)| i).filter(|i| {
         let before = &code[..*i];
-        !before.ends_with(is_word) && !before.ends_with("::") && !before.ends_with('.')
+        // Who may see an item is no use of the module.
+        !before.ends_with(is_word) && !before.ends_with("::") && !before.ends_with('.') && !before.ends_with("pub(in ")
     });
     let mut found = BTreeSet::new();
     for start in starts {
@@ -262,6 +263,8 @@ fn planted_circles_are_found() {
         let names = all.iter().map(|(m, code)| (m.clone(), named(m, code, &all))).collect();
         assert_eq!(circles(&names).len(), 1, "{way}");
     }
+    let all: BTreeMap<Module, String> = ["a", "b"].map(|m| (vec![m.to_string()], String::new())).into();
+    assert_eq!(named(&vec!["a".into()], "pub(in super::b) fn f() {}", &all), BTreeSet::new());
     let tests = "fn f() {}\n#[cfg(test)]\nmod tests { use super::b; { } }\nfn g() {}";
     assert_eq!(without_tests(tests).matches("super").count(), 0);
     assert!(without_tests(tests).ends_with("fn g() {}"));

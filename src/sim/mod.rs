@@ -69,6 +69,7 @@ pub mod validation;
 #[expect(unreachable_pub, reason = "public with the feature `reference`")]
 mod validation;
 mod variants;
+mod weld;
 
 /// What most programs need.
 pub mod prelude {

@@ -1,8 +1,20 @@
 //! Balls that stand for grains: regular polyhedra of the ball's volume, one after the other behind a mesh.
 
-use super::grains::Grain;
 use super::mesh::Mesh;
 use glam::Vec3;
+
+/// A ball that stands for one particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grain {
+    /// Centre [m].
+    pub position: [f32; 3],
+    /// Radius of a ball [m] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the
+    /// particle's present volume times 1 - 2 f / threshold at its place. So grains that the surface takes in
+    /// shrink to nothing as it comes.
+    pub radius: f32,
+    /// Its number in the source.
+    pub particle: u32,
+}
 
 /// Grains that are drawn as icosahedra, at most; more are drawn as octahedra. So 10,000 grains cost 200,000
 /// triangles, six times those of the body of 100,000 particles that they may have come from, and every

@@ -15,7 +15,7 @@
 //! lattice between the grid's nodes, and one separable filter per block then does the refinement and the blur
 //! together, exactly.
 
-use super::grains::{GRAIN_FIELD, free_grains};
+use super::clusters::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};

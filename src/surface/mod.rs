@@ -7,9 +7,10 @@
 //! | [`ray`]    | f, P, M, a ray      | where it meets that mesh                  | two-sided MC        |
 //! | [`stitch`] | mesh                | manifold bodies for export                | -                   |
 //!
-//! Beside the flow: [`grains`] are the particles outside of the mesh, drawn as balls (`balls`), [`labels`]
-//! holds the rules of cuts, [`mc_table`] generates the 256 cases, [`mesh`] measures, [`check`] counts
-//! defects, [`oracle`] predicts the topology from the nodes alone.
+//! Beside the flow: [`grains`] are the particles outside of the mesh, those of small `clusters` among
+//! them, drawn as balls (`balls`), [`labels`] holds the rules of cuts, [`mc_table`] generates the 256
+//! cases, [`mesh`] measures, [`check`] counts defects, [`oracle`] predicts the topology from the nodes
+//! alone.
 //!
 //! # Example
 //!
@@ -39,6 +40,7 @@ mod balls;
 mod caps;
 mod cells;
 pub mod check;
+mod clusters;
 pub mod extract;
 pub mod field;
 pub mod gpu;

@@ -5,13 +5,17 @@
 //! is asked for, and a writer per format does the rest. A file appears whole or not at all ([`whole`]).
 
 pub mod bodies;
+mod error;
 mod glb;
 mod obj;
 mod ply;
 pub mod simplify;
 mod stl;
 mod threemf;
+mod unit;
 pub mod whole;
+
+pub use error::ExportError;
 
 use crate::sim::params::{Bounds, LENGTH, ParamsError};
 use crate::sim::snapshot::Snapshot;
@@ -23,10 +27,8 @@ use simplify::simplify_checked;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use unit::MM;
 use whole::{Unfinished, write_whole};
-
-/// Millimetres per metre.
-const MM: f32 = 1000.0;
 
 /// Name of the particles' file in a run's folder.
 pub const PARTICLES: &str = "particles.ply";
@@ -164,30 +166,6 @@ pub struct BodyReport {
     pub triangles: usize,
     /// Why the body was written as it was although simplification was asked for.
     pub not_simplified: Option<String>,
-}
-
-/// Why a file was not written.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    /// The extension names no format that can be written.
-    #[error("{}: unknown file extension; known: {known}", path.display())]
-    UnknownFormat {
-        /// The file asked for.
-        path: PathBuf,
-        /// The extensions that would do.
-        known: &'static str,
-    },
-    /// An option out of its range.
-    #[error("export option {0}")]
-    Option(ParamsError),
-    /// The file system refused.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Io {
-        /// The file asked for.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
 }
 
 /// Writes a mesh as separate, closed bodies with outward triangles into one file of the extension's format.

@@ -1,6 +1,6 @@
 //! Binary little-endian PLY: triangles of all bodies, or particles.
 
-use super::MM;
+use super::unit::MM;
 use crate::sim::params::Domain;
 use crate::sim::snapshot::{Particle, Snapshot};
 use crate::surface::mesh::Mesh;

@@ -4,7 +4,7 @@
 //! when it is whole. While it is written it is locked, so that [`remove_leftovers`] tells those of runs that
 //! were killed from those of runs that go on, also where a process has an earlier one's number.
 
-use super::ExportError;
+use super::error::ExportError;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};

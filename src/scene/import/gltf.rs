@@ -6,7 +6,7 @@
 //! its nodes place it.
 
 use super::super::text::read_bytes;
-use super::{BYTES_MAX, Fault, Soup};
+use super::soup::{BYTES_MAX, Fault, Soup};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use glam::{DMat4, DQuat, DVec3};

@@ -3,17 +3,15 @@
 mod gltf;
 mod obj;
 mod ply;
+mod soup;
 mod stl;
 
 use super::error::SceneError;
 use super::text::{named, one_line, read_bytes};
 use glam::{DQuat, DVec3};
+use soup::{BYTES_MAX, Fault, Soup};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
-
-/// The longest mesh file [bytes]: ten million triangles in binary STL, more than the finest grid, of 1024
-/// cells along an edge, tells apart.
-const BYTES_MAX: u64 = 512 << 20;
 
 /// Mesh file formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,55 +37,6 @@ impl MeshFormat {
             "glb" | "gltf" => Some(Self::Gltf),
             _ => None,
         }
-    }
-}
-
-/// What a reader found wrong, before the file's name is known to it.
-#[derive(Debug)]
-struct Fault {
-    line: Option<usize>,
-    reason: String,
-}
-
-impl Fault {
-    fn new(reason: impl Into<String>) -> Self {
-        Self { line: None, reason: reason.into() }
-    }
-
-    fn at(line: usize, reason: impl Into<String>) -> Self {
-        Self { line: Some(line), reason: reason.into() }
-    }
-}
-
-/// Vertices and triangles as a file gives them; indices are in range and coordinates finite.
-#[derive(Debug, Default)]
-struct Soup {
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Soup {
-    /// Adds a vertex, unless a coordinate is not a finite f32: larger ones would overflow the sums over a
-    /// mesh.
-    fn push_position(&mut self, position: DVec3) -> Result<(), String> {
-        if !position.as_vec3().is_finite() {
-            return Err(format!("vertex {} is not finite: {position}", self.positions.len() + 1));
-        }
-        self.positions.push(position);
-        Ok(())
-    }
-
-    /// Adds a convex polygon as a fan of triangles.
-    fn push_polygon(&mut self, polygon: &[u64]) -> Result<(), String> {
-        let index = |i: &u64| match u32::try_from(*i) {
-            Ok(i) if (i as usize) < self.positions.len() => Ok(i),
-            _ => Err(format!("a face refers to vertex {}, but there are {}", i.saturating_add(1), self.positions.len())),
-        };
-        let corners = polygon.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-        if let [first, rest @ ..] = corners.as_slice() {
-            self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
-        }
-        Ok(())
     }
 }
 

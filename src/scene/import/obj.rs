@@ -1,6 +1,6 @@
 //! Wavefront OBJ, by `tobj`.
 
-use super::{Fault, Soup};
+use super::soup::{Fault, Soup};
 use glam::DVec3;
 use std::cell::Cell;
 use std::io::{BufRead, Read};

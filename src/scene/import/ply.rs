@@ -1,7 +1,7 @@
 //! PLY 1.0, ASCII and binary: positions of element `vertex`, index lists of element `face`, everything else
 //! skipped.
 
-use super::{Fault, Soup};
+use super::soup::{Fault, Soup};
 use glam::DVec3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

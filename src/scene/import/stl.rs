@@ -1,6 +1,6 @@
 //! STL, ASCII and binary, by `stl_io`.
 
-use super::{Fault, Soup};
+use super::soup::{Fault, Soup};
 use glam::DVec3;
 use std::io::Cursor;
 

@@ -1,8 +1,8 @@
 //! The order of the passes, once: a submission of a frame, its re-bins and its substeps.
 
-use super::super::cut::WeldRule;
 use super::super::frame::FramePlan;
 use super::super::params::Domain;
+use super::super::weld::WeldRule;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
 use super::kernels::Kernels;
 use super::params::{Params, bent_blades};

@@ -29,6 +29,7 @@ pub(crate) mod kernel;
 mod kernels;
 mod layout;
 mod params;
+mod part;
 mod pass;
 
 mod readback;

@@ -1,13 +1,13 @@
 //! A submission's numbers from its plan: [`Coefficients`] in f32, the room, the fixed point scales.
 
 use super::super::coefficients::{Coefficients, LawCoefficients};
-use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
 use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
+use super::super::weld::WeldRule;
 use super::layout::{PROFILES_MAX, twins};
 use super::scales::Scales;
 use glam::IVec3;

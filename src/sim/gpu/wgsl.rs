@@ -1,7 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
 //! directives.
 
-use super::super::cut::{MEETING_SHARE, NORMAL_REGULARISATION, WELD_PARTS};
+use super::super::cut::NORMAL_REGULARISATION;
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::SOFTENING_REACH;
 use super::super::params::{WALL_TOUCH, Wall};
@@ -9,6 +9,7 @@ use super::super::snapshot::Particle;
 use super::super::tool::{
     BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, TRACTION_REACH_MIN, ToolShape,
 };
+use super::super::weld::{MEETING_SHARE, WELD_PARTS};
 use super::layout::{FIELDS, PROFILES_MAX, Status, TOOLS_MAX, ToolCount, Total, Twin, flag};
 use super::params::Params;
 use super::pass::Pass;
@@ -22,24 +23,6 @@ pub(super) const SCAN_CHUNK: u32 = 1024;
 /// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front,
 /// back), about two that cross, and about three (19) with some room.
 pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
-
-/// Texts shared by passes.
-pub(super) mod part {
-    pub(in super::super) const STATE: &str = include_str!("state.wgsl");
-    pub(in super::super) const TABLE: &str = include_str!("table.wgsl");
-    pub(in super::super) const LAW: &str = include_str!("law.wgsl");
-    pub(in super::super) const TOOL: &str = concat!(include_str!("tool.wgsl"), include_str!("blade.wgsl"));
-    pub(in super::super) const CONTACT: &str = include_str!("contact.wgsl");
-    pub(in super::super) const TOUCH: &str = include_str!("touch.wgsl");
-    pub(in super::super) const YIELD: &str = include_str!("yield.wgsl");
-    pub(in super::super) const WALLS: &str = include_str!("walls.wgsl");
-    /// The classes of each block, read.
-    pub(in super::super) const CUTS: &str =
-        concat!("@group(0) @binding(16) var<storage, read> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
-    /// The same, written.
-    pub(in super::super) const CUTS_WRITTEN: &str =
-        concat!("@group(0) @binding(16) var<storage, read_write> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
-}
 
 /// The whole text of `pass` for so many [classes](CLASSES) of clay.
 pub(super) fn compose(pass: &Pass, classes: u32) -> String {

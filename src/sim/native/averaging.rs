@@ -6,7 +6,8 @@
 use super::super::limits::FLOWING;
 use super::contact::Moment;
 use super::law;
-use super::passes::{ParticleStep, work};
+use super::particle_step::ParticleStep;
+use super::passes::work;
 use super::state::{Cold, Hot, State, strains};
 use rayon::prelude::*;
 

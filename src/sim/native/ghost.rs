@@ -10,9 +10,11 @@ use super::super::cut::{self, CutKey};
 use super::super::cutting::CuttingMethod;
 use super::super::snapshot::Tag;
 use super::contact::ToolNow;
-use super::grid::{Grid, GridReport};
+use super::grid::Grid;
+use super::grid_step::GridReport;
 use super::kernel::Tile;
-use super::passes::{ParticleStep, for_arena};
+use super::nodes::{Incompatible, for_arena};
+use super::particle_step::ParticleStep;
 use super::simd::Node;
 use super::state::{Cold, Hot, State, Table, unpack_cell};
 use super::tags::TagReport;
@@ -21,18 +23,6 @@ use glam::{DVec3, IVec3};
 /// How far from a blade a particle may have a side [cells]: its stencil reaches a node that a rigid
 /// particle's reaches, each by 1.5 along every axis.
 pub(super) const REACH: f64 = 5.2;
-
-/// Why a node is incompatible with a class.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Incompatible {
-    /// Index of the blade between them.
-    pub tool: u8,
-    /// The blade's normal towards the class.
-    pub normal: DVec3,
-}
-
-/// A value for each node of a block.
-pub(super) type Ghosts = [Option<Incompatible>; 64];
 
 /// Gives the particles of a block the sides that they have now.
 pub(super) fn tag(method: CuttingMethod, tools: &[ToolNow], hot: &[Hot], cold: &mut [Cold]) -> TagReport {

@@ -3,30 +3,16 @@
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through
 //! [`meeting`](super::meeting) in f64.
 
-use super::super::coefficients::Coefficients;
 use super::super::cut::CutKey;
-use super::super::frame::FramePlan;
-use super::super::material::ClayMaterial;
-use super::super::params::Domain;
-use super::super::validation::{AffineDrive, Manufactured};
-use super::contact::ToolNow;
-use super::ghost::Ghosts;
+use super::grid_step::{GridReport, GridStep};
 use super::kernel::Tile;
 use super::meeting::{self, Meeting};
+use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, for_shared_nodes, local};
 use super::simd::Node;
 use super::state::{NEIGHBOURS, State, Table};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
-
-/// The 64 nodes of a block, z fastest.
-pub(super) type Nodes = [Node; 64];
-
-/// Index of a node in its block, each coordinate in 0 .. 4.
-#[inline(always)]
-pub(super) const fn local(x: i32, y: i32, z: i32) -> usize {
-    ((x * 4 + y) * 4 + z) as usize
-}
 
 /// What one scatter left: a tile per block with particles, and one for each class of tagged particles in it.
 #[derive(Debug)]
@@ -74,138 +60,6 @@ struct FoundFor {
     sorts: (u64, u64),
     keys: Vec<CutKey>,
     first_tagged: Vec<usize>,
-}
-
-/// The nodes of the tagged classes in a block.
-#[derive(Debug, Default)]
-pub(super) struct CutBlock {
-    /// The classes, in the order of their keys.
-    pub keys: Vec<CutKey>,
-    /// Velocity and mass of each class.
-    pub nodes: Vec<Nodes>,
-    /// Where the node is incompatible with each class, under the methods that know such; else none.
-    pub ghosts: Vec<Ghosts>,
-}
-
-/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts
-/// are made of.
-pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
-
-/// Constants of one substep's grid update.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct GridStep {
-    /// Gravity over inertia scaling [cells/substep^2].
-    pub gravity: DVec3,
-    /// Velocity kept by validation damping [-].
-    pub damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
-    /// [cells/substep].
-    pub adhesion: f64,
-    /// Further inputs of validation cases; blocks take the long way where there are any.
-    pub imposed: Option<Imposed>,
-}
-
-/// What validation cases ask of nodes, in cells and substeps.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Imposed {
-    /// Whether walls clamp their nodes and do not fold.
-    pub clamped_walls: bool,
-    force: Option<Manufactured>,
-    drive: Option<AffineDrive>,
-    domain: Domain,
-    material: ClayMaterial,
-    /// The substep's start, from the frame's [s].
-    start: f64,
-    /// Cells per substep in 1 m/s.
-    speed: f64,
-    /// Cells per squared substep in 1 m/s^2, on the inertial mass.
-    acceleration: f64,
-}
-
-impl Imposed {
-    /// Body acceleration [cells/substep^2] of a manufactured solution at `node`.
-    fn acceleration_at(&self, node: IVec3) -> DVec3 {
-        let at = |f: Manufactured| f.acceleration(&self.material, self.domain.to_world(node.as_dvec3()), f.time + self.start);
-        self.force.map_or(DVec3::ZERO, at) * self.acceleration
-    }
-
-    /// Velocity [cells/substep] of a driven node.
-    pub(super) fn driven_velocity(&self, node: IVec3) -> Option<DVec3> {
-        Some(self.drive?.velocity_at(self.domain.to_world(node.as_dvec3()))? * self.speed)
-    }
-}
-
-impl GridStep {
-    /// The constants of substep `index` of a frame of substeps of `dt` [s].
-    pub(super) fn new(coefficients: &Coefficients, plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
-        let validation = &plan.validation;
-        let imposed = Imposed {
-            clamped_walls: validation.clamped_walls,
-            force: validation.manufactured,
-            drive: validation.affine_drive,
-            domain: *domain,
-            material: plan.material,
-            start: f64::from(index) * dt,
-            speed: dt / domain.cell_width,
-            acceleration: coefficients.acceleration,
-        };
-        let is_any = imposed.clamped_walls || imposed.force.is_some() || imposed.drive.is_some();
-        Self {
-            gravity: coefficients.gravity,
-            damping: coefficients.damping,
-            adhesion: coefficients.adhesion,
-            imposed: is_any.then_some(imposed),
-        }
-    }
-
-    /// Gravity and other body forces on the inertial mass at `node` [cells/substep^2].
-    pub(super) fn acceleration_at(&self, node: IVec3) -> DVec3 {
-        self.imposed.map_or(self.gravity, |imposed| self.gravity + imposed.acceleration_at(node))
-    }
-}
-
-/// What the update met: sums over nodes, in cells per substep and particle mass units.
-#[derive(Clone, Debug, Default)]
-pub(super) struct GridReport {
-    /// Greatest node speed, NaN if any is not finite.
-    pub speed_max: f32,
-    pub wall_impulse: DVec3,
-    /// Momentum taken by validation damping.
-    pub damping_impulse: DVec3,
-    /// Momentum given by body forces other than gravity.
-    pub body_impulse: DVec3,
-    pub impulse_scale: f64,
-    /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
-    pub tools: Vec<(DVec3, DVec3, u64)>,
-}
-
-impl GridReport {
-    /// A report of this many tools.
-    pub(super) fn of_tools(count: usize) -> Self {
-        Self { tools: vec![Default::default(); count], ..Self::default() }
-    }
-
-    /// Gives tool `index` an impulse at `world` [cells].
-    pub(super) fn give(&mut self, index: usize, tool: &ToolNow, world: DVec3, impulse: DVec3) {
-        let sum = &mut self.tools[index];
-        sum.0 += impulse;
-        sum.1 += (world - tool.motion.end.position).cross(impulse);
-        self.impulse_scale += impulse.length();
-    }
-
-    pub(super) fn add(&mut self, other: &Self) {
-        // A NaN must win: max() would drop it.
-        if other.speed_max.is_nan() || other.speed_max > self.speed_max {
-            self.speed_max = other.speed_max;
-        }
-        self.wall_impulse += other.wall_impulse;
-        self.damping_impulse += other.damping_impulse;
-        self.body_impulse += other.body_impulse;
-        self.impulse_scale += other.impulse_scale;
-        for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
-            *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
-        }
-    }
 }
 
 impl Grid {
@@ -346,26 +200,6 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
                 nodes[node].0[d] += tile.0[at].0[d];
             }
         });
-    }
-}
-
-/// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node
-/// that this tile holds.
-#[inline(always)]
-pub(super) fn for_shared_nodes(offset: IVec3, mut each: impl FnMut(usize, usize)) {
-    // From `low` to `high` of our coordinates, at `shift` in the tile's own.
-    let range = |o: i32| match o {
-        -1 => (0, 2, 4),
-        0 => (0, 4, 0),
-        _ => (3, 4, -4),
-    };
-    let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-    for i in x.0..x.1 {
-        for j in y.0..y.1 {
-            for k in z.0..z.1 {
-                each(local(i, j, k), Tile::at(i + x.2, j + y.2, k + z.2));
-            }
-        }
     }
 }
 

@@ -6,11 +6,13 @@
 //! | `solver`   | the frame: substep loop, redo, report                                       |
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
-//! | `step`     | the numbers of a substep                                                    |
+//! | `step`     | the numbers of a substep, `particle_step` those with the tools about        |
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
+//! | `nodes`    | the nodes of a block, and their places in the tiles about it                |
 //! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
+//! | `grid_step`| the numbers of a grid update, and what it met                               |
 //! | `contact`  | tools in cells and substeps                                                 |
 //! | `stats`    | sums for the report                                                         |
 
@@ -18,11 +20,13 @@ mod averaging;
 mod contact;
 mod ghost;
 mod grid;
+mod grid_step;
 mod kernel;
 mod law;
 mod meeting;
+mod nodes;
+mod particle_step;
 mod passes;
-mod sides;
 mod simd;
 mod solver;
 mod state;

@@ -2,16 +2,16 @@
 
 use super::super::cut::CutKey;
 use super::super::cutting::CuttingMethod;
-use super::super::material::{ClayMaterial, SOFTENING_REACH};
-use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
 use super::ghost;
-use super::grid::{Grid, GridReport, Tiles, local};
-use super::kernel::{self, Place, Tile};
-use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split, unpack_cell};
-use super::step::Step;
+use super::grid::{Grid, Tiles};
+use super::grid_step::GridReport;
+use super::kernel::{self, Tile};
+use super::nodes::local;
+use super::particle_step::ParticleStep;
+use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split};
 use super::tags::{self, TagReport};
-use glam::{DVec3, IVec3};
+use glam::IVec3;
 use rayon::prelude::*;
 
 /// One block's particles, for one task.
@@ -21,75 +21,6 @@ pub(super) struct Work<'a> {
     pub hot: &'a mut [Hot],
     pub cold: &'a mut [Cold],
     pub run: &'a mut Run,
-}
-
-/// What the particle passes need of a substep.
-pub(super) struct ParticleStep<'a> {
-    pub step: Step,
-    pub domain: &'a Domain,
-    pub material: &'a ClayMaterial,
-    /// How tools act on the clay.
-    pub cutting: CuttingMethod,
-    /// Gravity over inertia scaling [cells/substep^2].
-    pub gravity: DVec3,
-    /// Tools at the substep that the gather ends.
-    pub tools: &'a [ToolNow],
-}
-
-impl ParticleStep<'_> {
-    /// Distance [m] from a grid coordinate to the nearest tool.
-    fn tool_distance(&self, x: [f64; 3], at: Moment) -> f64 {
-        let x = DVec3::from_array(x);
-        let distance = |t: &ToolNow| t.shape.distance(t.pose(at).to_local(x)).abs();
-        self.tools.iter().map(distance).fold(f64::INFINITY, f64::min) * self.domain.cell_width
-    }
-
-    /// The yield norm of fresh clay at a grid coordinate: Eq. 5 with the nearest tool.
-    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
-    fn softened(&self, x: [f64; 3], at: Moment) -> f32 {
-        let dx = self.domain.cell_width;
-        let ratio = self.material.yield_stress_at(self.tool_distance(x, at), dx) / self.material.yield_stress;
-        (f64::from(self.step.yield_norm) * ratio) as f32
-    }
-
-    /// Whether a tool softens clay in the block: beyond 12 softening lengths zeta is below 1e-5.
-    pub(super) fn softens(&self, block: IVec3) -> bool {
-        let centre = (block * BLOCK).as_dvec3() + f64::from(BLOCK) / 2.0;
-        let length = self.material.softening_length_or_default(self.domain.cell_width) / self.domain.cell_width;
-        // Half the diagonal of a block with a particle's margin about it is less than 5 cells.
-        let reach = 12.0 * length + SOFTENING_REACH + 5.0;
-        self.material.softening > 0.0
-            && self.step.yield_norm.is_finite()
-            && self.tools.iter().any(|t| t.shape.distance(t.motion.end.to_local(centre)) < reach)
-    }
-
-    /// The yield norm of a particle now.
-    pub(super) fn yield_norm(&self, hot: &Hot, cold: &Cold, is_softened: bool, at: Moment) -> f32 {
-        let cell = unpack_cell(hot.cell);
-        let x = std::array::from_fn(|d| f64::from(cell[d]) + f64::from(hot.offset[d]));
-        let fresh = if is_softened { self.softened(x, at) } else { self.step.yield_norm };
-        self.step.yield_norm_of(fresh, hot.hardening, cold.structure)
-    }
-
-    fn room(&self, block: IVec3) -> Option<([f32; 3], [f32; 3])> {
-        let (low, high) = self.domain.wall_nodes();
-        let is_at_wall = (low / BLOCK).cmpeq(block).any() || (high / BLOCK).cmpeq(block).any();
-        let relative = |w: IVec3| (w - block * BLOCK).as_vec3().to_array();
-        is_at_wall.then(|| (relative(low), relative(high)))
-    }
-
-    /// Calls `kernel` with the block's place; the tools stand as they do at `at`.
-    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
-    fn at<R>(&self, block: IVec3, at: Moment, kernel: impl FnOnce(&Place<'_>) -> R) -> R {
-        let softened = |x| self.softened(x, at);
-        let factor = |x| self.material.stress_factor_at(self.tool_distance(x, at), self.domain.cell_width) as f32;
-        kernel(&Place {
-            origin: (block * BLOCK).to_array(),
-            room: self.room(block),
-            softening: if self.softens(block) { Some(&softened) } else { None },
-            stress_factor: if self.material.law.is_as_published() { Some(&factor) } else { None },
-        })
-    }
 }
 
 /// Divides the state into one task a block.
@@ -120,16 +51,6 @@ fn arena(grid: &Grid, table: &Table, block: IVec3, key: CutKey) -> Tile {
         }
     }
     out
-}
-
-/// Calls `each` with a slot, a node of it and the node's index in the arena for the 7^3 nodes about a block.
-pub(super) fn for_arena(table: &Table, block: IVec3, mut each: impl FnMut(usize, usize, usize)) {
-    for i in 0..343 {
-        let n = IVec3::new(i / 49, i / 7 % 7, i % 7) - 1;
-        let offset = n.div_euclid(IVec3::splat(BLOCK));
-        let (Some(slot), at) = (table.slot(block + offset), n - offset * BLOCK) else { continue };
-        each(slot, local(at.x, at.y, at.z), Tile::at(n.x, n.y, n.z));
-    }
 }
 
 /// What a gather did.

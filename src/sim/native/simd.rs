@@ -5,6 +5,8 @@
 //! where there is one, since the gather and scatter of a particle (27 nodes each) must stay in registers
 //! whatever the compiler thinks of arrays.
 
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::{_mm_add_ps, _mm_fmadd_ps, _mm_load_ps, _mm_mul_ps, _mm_set1_ps, _mm_setr_ps, _mm_store_ps};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight particles' values.
@@ -66,108 +68,99 @@ type Lanes = std::arch::x86_64::__m128;
 #[cfg(not(target_arch = "x86_64"))]
 type Lanes = [f32; 4];
 
+// SSE2 is part of every x86_64, so these need no detection.
 #[cfg(target_arch = "x86_64")]
-mod lanes {
-    use super::V4;
-    use std::arch::x86_64::{_mm_add_ps, _mm_fmadd_ps, _mm_load_ps, _mm_mul_ps, _mm_set1_ps, _mm_setr_ps, _mm_store_ps};
+impl V4 {
+    #[inline(always)]
+    pub(super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
+        // SAFETY: SSE is part of the x86_64 baseline.
+        Self(unsafe { _mm_setr_ps(x, y, z, w) })
+    }
 
-    // SSE2 is part of every x86_64, so these need no detection.
-    impl V4 {
-        #[inline(always)]
-        pub(in super::super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
-            // SAFETY: SSE is part of the x86_64 baseline.
-            Self(unsafe { _mm_setr_ps(x, y, z, w) })
-        }
+    #[inline(always)]
+    pub(super) fn splat(v: f32) -> Self {
+        // SAFETY: SSE is part of the x86_64 baseline.
+        Self(unsafe { _mm_set1_ps(v) })
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn splat(v: f32) -> Self {
-            // SAFETY: SSE is part of the x86_64 baseline.
-            Self(unsafe { _mm_set1_ps(v) })
-        }
+    #[inline(always)]
+    pub(super) fn load(node: &Node) -> Self {
+        // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
+        Self(unsafe { _mm_load_ps(node.0.as_ptr()) })
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn load(node: &super::Node) -> Self {
-            // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
-            Self(unsafe { _mm_load_ps(node.0.as_ptr()) })
-        }
+    #[inline(always)]
+    pub(super) fn store(self, node: &mut Node) {
+        // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
+        unsafe { _mm_store_ps(node.0.as_mut_ptr(), self.0) }
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn store(self, node: &mut super::Node) {
-            // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
-            unsafe { _mm_store_ps(node.0.as_mut_ptr(), self.0) }
-        }
+    #[inline(always)]
+    pub(super) fn plus(self, b: Self) -> Self {
+        // SAFETY: SSE is part of the x86_64 baseline.
+        Self(unsafe { _mm_add_ps(self.0, b.0) })
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn plus(self, b: Self) -> Self {
-            // SAFETY: SSE is part of the x86_64 baseline.
-            Self(unsafe { _mm_add_ps(self.0, b.0) })
-        }
+    #[inline(always)]
+    pub(super) fn times(self, b: Self) -> Self {
+        // SAFETY: SSE is part of the x86_64 baseline.
+        Self(unsafe { _mm_mul_ps(self.0, b.0) })
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn times(self, b: Self) -> Self {
-            // SAFETY: SSE is part of the x86_64 baseline.
-            Self(unsafe { _mm_mul_ps(self.0, b.0) })
-        }
-
-        /// `self * b + c`; fused only in kernels that were entered after FMA was detected.
-        #[inline(always)]
-        pub(in super::super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
-            if FMA {
-                // SAFETY: FMA = true is instantiated only inside functions with target feature fma, called
-                // after detection.
-                Self(unsafe { _mm_fmadd_ps(self.0, b.0, c.0) })
-            } else {
-                self.times(b).plus(c)
-            }
+    /// `self * b + c`; fused only in kernels that were entered after FMA was detected.
+    #[inline(always)]
+    pub(super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
+        if FMA {
+            // SAFETY: FMA = true is instantiated only inside functions with target feature fma, called
+            // after detection.
+            Self(unsafe { _mm_fmadd_ps(self.0, b.0, c.0) })
+        } else {
+            self.times(b).plus(c)
         }
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-mod lanes {
-    use super::V4;
+impl V4 {
+    #[inline(always)]
+    pub(super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
+        Self([x, y, z, w])
+    }
 
-    impl V4 {
-        #[inline(always)]
-        pub(in super::super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
-            Self([x, y, z, w])
-        }
+    #[inline(always)]
+    pub(super) fn splat(v: f32) -> Self {
+        Self([v; 4])
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn splat(v: f32) -> Self {
-            Self([v; 4])
-        }
+    #[inline(always)]
+    pub(super) fn load(node: &Node) -> Self {
+        Self(node.0)
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn load(node: &super::Node) -> Self {
-            Self(node.0)
-        }
+    #[inline(always)]
+    pub(super) fn store(self, node: &mut Node) {
+        node.0 = self.0;
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn store(self, node: &mut super::Node) {
-            node.0 = self.0;
+    #[inline(always)]
+    pub(super) fn plus(mut self, b: Self) -> Self {
+        for i in 0..4 {
+            self.0[i] += b.0[i];
         }
+        self
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn plus(mut self, b: Self) -> Self {
-            for i in 0..4 {
-                self.0[i] += b.0[i];
-            }
-            self
+    #[inline(always)]
+    pub(super) fn times(mut self, b: Self) -> Self {
+        for i in 0..4 {
+            self.0[i] *= b.0[i];
         }
+        self
+    }
 
-        #[inline(always)]
-        pub(in super::super) fn times(mut self, b: Self) -> Self {
-            for i in 0..4 {
-                self.0[i] *= b.0[i];
-            }
-            self
-        }
-
-        #[inline(always)]
-        pub(in super::super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
-            self.times(b).plus(c)
-        }
+    #[inline(always)]
+    pub(super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
+        self.times(b).plus(c)
     }
 }
 

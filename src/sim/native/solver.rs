@@ -1,7 +1,6 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
 
 use super::super::coefficients::Coefficients;
-use super::super::cut::WeldRule;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
@@ -11,13 +10,16 @@ use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
 use super::super::tool::BAND;
+use super::super::weld::WeldRule;
 use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
-use super::grid::{Grid, GridReport, GridStep, Tiles};
+use super::grid::{Grid, Tiles};
+use super::grid_step::{GridReport, GridStep};
 use super::kernel;
 use super::meeting::Meeting;
-use super::passes::{self, Gathered, ParticleStep};
+use super::particle_step::ParticleStep;
+use super::passes::{self, Gathered};
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
 use super::step::Step;

@@ -3,8 +3,8 @@
 use super::super::params::BLOCK;
 use super::super::tool::{particle_touch, spline};
 use super::contact::ToolNow;
-use super::grid::for_shared_nodes;
 use super::kernel::Tile;
+use super::nodes::for_shared_nodes;
 use super::state::{Hot, NEIGHBOURS, Run, State, Table, unpack_cell};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;

@@ -1,9 +1,9 @@
 //! Where the two sides of a cut grow together: once a frame, at its end (see the oracle's file of this name).
 
-use super::super::cut::{MEETING_SHARE, WeldRule};
 use super::super::frame::FramePlan;
 use super::super::snapshot::Tag;
 use super::super::tool::spline;
+use super::super::weld::{MEETING_SHARE, WeldRule};
 use super::grid::Grid;
 use super::law;
 use super::passes::work;

@@ -13,8 +13,9 @@
 //! (volumetric locking).
 
 use super::super::limits::FLOWING;
+use super::law;
+use super::particle::Particle;
 use super::tools::{Moment, Surroundings};
-use super::{Particle, law};
 use std::collections::BTreeMap;
 
 /// Relaxes the particles before substep `step` of the frame, if the plan asks for it there.

@@ -6,9 +6,10 @@
 
 use super::super::frame::FrameReport;
 use super::grid::Grid;
+use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::{Moment, Surroundings};
-use super::{Particle, ghost, law};
+use super::{ghost, law};
 use glam::{DMat3, DVec3};
 
 /// Moves the particles with the nodes.

@@ -20,8 +20,8 @@
 //!
 //! What it shares with the engines is what their comparison cannot judge: the material's yield stress
 //! (`material`), shapes, the blade's sides, `stick`, `closed_share` and `particle_touch` (`tool`),
-//! `fitted_normal` and tags' counts (`cut`), the tools' paths. Their own tests judge these, against closed
-//! forms.
+//! `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
+//! against closed forms.
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.
 //! numbers are those of the paper named in [`sim`](super). Lengths are in cells, all else in SI units.

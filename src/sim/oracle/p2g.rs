@@ -8,9 +8,10 @@
 //! tool at its pose of `t`. The sums of each class stay apart (compatibility of Eq. 2-3).
 
 use super::grid::Grid;
+use super::law;
+use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
-use super::{Particle, law};
 
 /// The nodes with the mass and momentum of each class.
 pub(super) fn scatter(particles: &[Particle], around: &Surroundings) -> Grid {

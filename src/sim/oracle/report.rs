@@ -8,8 +8,9 @@ use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
 use super::grid::Grid;
+use super::law;
+use super::particle::Particle;
 use super::tools::Surroundings;
-use super::{Particle, law};
 use glam::{DMat3, DVec3};
 
 /// The report of a frame that begins.

@@ -10,8 +10,9 @@ use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
+use super::particle::Particle;
 use super::tools::Surroundings;
-use super::{Particle, averaging, contact, g2p, ghost, interactive, p2g, report, sides, tags, walls};
+use super::{averaging, contact, g2p, ghost, interactive, p2g, report, sides, tags, walls};
 
 /// Moves `particles` over substep `step` of the frame, of `plan.dt` [s], and adds to `frame` what happened.
 /// Returns the nodes.

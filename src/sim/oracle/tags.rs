@@ -11,7 +11,7 @@
 use super::super::cut;
 use super::super::frame::FrameReport;
 use super::super::tool::SET_BACK;
-use super::Particle;
+use super::particle::Particle;
 use super::tools::Surroundings;
 
 /// Lets each blade of the plan, in order, tag the particles and put back those on the wrong side of it.

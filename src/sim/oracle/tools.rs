@@ -4,7 +4,7 @@ use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape, particle_touch};
 use super::super::validation::Manufactured;
-use super::Particle;
+use super::particle::Particle;
 use glam::{DVec3, IVec3};
 
 /// One of the two ends of a substep.

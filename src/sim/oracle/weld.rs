@@ -14,12 +14,13 @@
 //! frame starts, T its length), and above 100 the tag is gone and counted; not pressed, it is 1 again. c and
 //! t_w are 0.5 and 0.3 s, sticky 0.05 and 0.05 s.
 
-use super::super::cut::{MEETING_SHARE, WeldRule};
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::snapshot::Tag;
+use super::super::weld::{MEETING_SHARE, WeldRule};
 use super::grid::Grid;
+use super::law;
+use super::particle::Particle;
 use super::stencil::stencil;
-use super::{Particle, law};
 use glam::DVec3;
 
 /// Counts the frame, which began at `start` [s], for every tag at which both sides meet; those that have

@@ -6,10 +6,10 @@
 //! near and after the blade has left. Sides found from the present distance alone leak 4-97 % of the
 //! particles, these 0 % (a test sweeps the blade at up to 3 cells per substep).
 
+use super::contact::CONTACT_OFFSET;
+use super::outline::{Foot, Outline};
 use super::path::{Motion, Pose};
-use super::profile::{Nearest, Profile};
-use super::shape::CONTACT_OFFSET;
-use glam::{DMat3, DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a
 /// quadratic spline reaches 1.5.
@@ -56,38 +56,6 @@ pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhe
     surface + parting * normal + kept * slide
 }
 
-/// A blade's shape in its own frame. Lengths in metres or cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "one for each blade and substep")]
-pub(crate) enum Outline {
-    /// In the XY plane, about the origin.
-    Rectangle {
-        /// Half the extent along X.
-        half_width: f64,
-        /// Half the extent along Y.
-        half_height: f64,
-    },
-    /// In the XY plane, its tip at -`half_height`, its base at +`half_height`.
-    Triangle {
-        /// Half the base along X.
-        half_width: f64,
-        /// Half the way from tip to base along Y.
-        half_height: f64,
-    },
-    /// Bent along a profile in the XZ plane.
-    Strip {
-        /// The bend.
-        profile: Profile,
-        /// Half the extent along Y.
-        half_height: f64,
-    },
-    /// A line along X.
-    Wire {
-        /// Half its length.
-        half_length: f64,
-    },
-}
-
 /// A blade without thickness in motion over one substep. Lengths in metres or cells, as the caller likes, but
 /// all the same.
 #[derive(Clone, Copy, Debug)]
@@ -100,17 +68,6 @@ pub struct Blade {
     motion: Motion,
     /// Whether it holds the clay on either side off it: a wire does not.
     pub holds: bool,
-}
-
-/// The point of a blade nearest to another, in the blade's frame.
-#[derive(Clone, Copy, Debug)]
-struct Foot {
-    /// Signed distance, positive in front.
-    distance: f64,
-    /// Unit normal of the front there.
-    normal: DVec3,
-    /// Whether the foot is inside the blade's outline.
-    is_inside: bool,
 }
 
 /// What the blade means to a point.
@@ -146,37 +103,6 @@ impl Near {
     pub fn takes(&self, has_side: bool) -> Option<i8> {
         let is_at_blade = self.is_near || self.is_swept;
         (self.is_new || (is_at_blade && !has_side)).then_some(self.side_before)
-    }
-}
-
-impl Outline {
-    /// The foot of a point of the blade's frame.
-    fn foot(&self, q: DVec3) -> Foot {
-        let flat = |is_inside| Foot { distance: q.z, normal: DVec3::Z, is_inside };
-        match *self {
-            Self::Rectangle { half_width, half_height } => flat(q.x.abs() <= half_width && q.y.abs() <= half_height),
-            Self::Triangle { half_width, half_height } => {
-                flat(q.y.abs() <= half_height && q.x.abs() <= half_width * (q.y + half_height) / (2.0 * half_height))
-            }
-            Self::Strip { profile, half_height } => {
-                let Nearest { distance, normal, is_beyond } = profile.nearest(DVec2::new(q.x, q.z));
-                Foot { distance, normal: DVec3::new(normal.x, 0.0, normal.y), is_inside: q.y.abs() <= half_height && !is_beyond }
-            }
-            Self::Wire { .. } => flat(false),
-        }
-    }
-
-    /// Whether the straight way from `a` to `b`, in the blade's frame, passes through it.
-    fn is_crossed(&self, a: DVec3, b: DVec3) -> bool {
-        match *self {
-            Self::Strip { profile, half_height } => {
-                let at = |q: DVec3| DVec2::new(q.x, q.z);
-                profile.crossings(at(a), at(b)).any(|t| a.lerp(b, t).y.abs() <= half_height)
-            }
-            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Wire { .. } => {
-                (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside
-            }
-        }
     }
 }
 
@@ -274,9 +200,10 @@ impl Blade {
 
 #[cfg(test)]
 mod tests {
-    use super::super::spline;
+    use super::super::profile::Profile;
+    use super::super::touch::spline;
     use super::*;
-    use glam::DQuat;
+    use glam::{DQuat, DVec2};
 
     fn blade(from: f64, to: f64) -> Blade {
         let pose = |x| Pose { position: DVec3::new(x, 0.0, 0.0), rotation: DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2) };

@@ -1,6 +1,6 @@
 //! A tool's way through a frame: samples in time, swept over the substeps and never jumped.
 
-use super::Tool;
+use super::contact::Tool;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,11 @@
 //! particles (Deng et al.).
 
 use super::super::cutting::CuttingMethod;
-use super::{Motion, Outline, Profile, ToolShape};
+use super::outline::Outline;
+use super::path::Motion;
+use super::profile::Profile;
+use super::shape::ToolShape;
+use super::touch::spline;
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
@@ -154,7 +158,7 @@ fn nodes(at: DVec3) -> impl Iterator<Item = (IVec3, f64)> {
     let base = (at - 0.5).floor();
     (0..27).map(move |i| {
         let node = base + DVec3::new(f64::from(i / 9), f64::from(i / 3 % 3), f64::from(i % 3));
-        let weight = (node - at).to_array().map(super::spline).iter().product();
+        let weight = (node - at).to_array().map(spline).iter().product();
         (node.as_ivec3(), weight)
     })
 }

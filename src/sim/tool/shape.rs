@@ -2,16 +2,10 @@
 
 use super::super::params::{LENGTH, ParamsError};
 use super::super::variants::variants;
-use super::blade::Outline;
+use super::outline::Outline;
 use super::profile::Profile;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
-
-/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take
-/// part in the contact, so that the clay's outer face rests on the drawn surface. With 0 the face ends 0.26
-/// (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held off by 1.0 to 1.2; `validate physics`
-/// measures it again (cases `tool offset`).
-pub const CONTACT_OFFSET: f64 = 0.4;
 
 /// A tool's shape in its own frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! The order of the passes, once.
 
-use super::GpuSurface;
 use super::buffers::Level;
 use super::layout::SurfaceStatus;
+use super::surface::GpuSurface;
 use super::wgsl::{Id, SCAN_CHUNK};
 use std::mem::offset_of;
 

@@ -2,8 +2,8 @@
 
 use super::super::field::{Field, SheetField};
 use super::super::grid::{BLOCK_NODES, BlockGrid, NodeValues};
-use super::GpuSurface;
 use super::layout::SurfaceStatus;
+use super::surface::GpuSurface;
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec3};
 

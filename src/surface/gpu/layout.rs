@@ -3,6 +3,9 @@
 use super::super::balls::Ball;
 use bytemuck::{Pod, Zeroable};
 
+/// Words of a vertex.
+pub const VERTEX_WORDS: u32 = 7;
+
 /// Most cuts with fields of their own.
 pub(super) const SHEETS_MAX: usize = 64;
 

@@ -1,7 +1,7 @@
 //! The status back on the host, without waiting.
 
-use super::GpuSurface;
 use super::layout::SurfaceStatus;
+use super::surface::GpuSurface;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 

@@ -2,12 +2,11 @@
 
 use super::super::balls::{Ball, ROUND_MAX};
 use super::super::cells::CROSSING_MIN;
+use super::super::clusters::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
-use super::super::grains::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
-use super::VERTEX_WORDS;
-use super::layout::{SHEETS_MAX, flag};
+use super::layout::{SHEETS_MAX, VERTEX_WORDS, flag};
 use std::fmt::Write;
 
 /// Units of fixed point in the inside of clay: sums of up to 128 times that, resolved to 1e-7 of it.

@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::wgsl::part::{CONTACT, CUTS, CUTS_WRITTEN, LAW, STATE, TABLE, TOOL, TOUCH, WALLS, YIELD};
+use super::part::{CONTACT, CUTS, CUTS_WRITTEN, LAW, STATE, TABLE, TOOL, TOUCH, WALLS, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
 /// own.

@@ -1,28 +1,11 @@
 //! What nodes do under the methods of others.
 
-use super::super::super::cut::CutKey;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
-use super::super::ghost::{Ghosts, Incompatible};
-use super::super::sides::Divisions;
-use super::{Block, Meeting, offset};
+use super::super::nodes::offset;
+use super::block::Block;
+use super::bounds::Meeting;
 use glam::{DVec3, IVec3};
-
-/// Where the nodes of a block are incompatible with each class; nothing under methods without ghosts.
-pub(super) fn ghosts(keys: &[CutKey], divisions: &[Divisions; 64], block: IVec3, meeting: &Meeting<'_>) -> Vec<Ghosts> {
-    let at = |key: CutKey, k: usize| {
-        let (tool, side) = divisions[k].incompatible(key)?;
-        let (_, front) = meeting.tools[usize::from(tool)].side(block * BLOCK + offset(k))?;
-        Some(Incompatible { tool, normal: front * f64::from(side) })
-    };
-    let of_class = |key: &CutKey| std::array::from_fn(|k| at(*key, k));
-    if meeting.cutting.has_ghosts() { keys.iter().map(of_class).collect() } else { vec![] }
-}
-
-/// Whether node `k` is incompatible with a class.
-pub(super) fn is_incompatible(ghosts: &[Ghosts], class: usize, k: usize) -> bool {
-    ghosts.get(class).is_some_and(|ghosts| ghosts[k].is_some())
-}
 
 impl Block<'_> {
     /// Interactive particles: the mass of the tools takes the clay along, `v = (p + P_tool) / (m + M_tool)`.

@@ -1,7 +1,7 @@
 //! The columns of nodes that walls fold or clamp.
 
 use super::super::super::params::{BLOCK, Domain, Wall};
-use super::super::grid::local;
+use super::super::nodes::local;
 use glam::{DVec3, IVec3};
 
 /// A column of nodes across a wall.

@@ -4,10 +4,12 @@
 //! distance, elsewhere where most of the node's mass is tagged by it. Clay that it has not tagged moves with
 //! the owner's side. A field is the clay that is beyond the same divisions.
 
-use super::super::cut::CutKey;
-use super::super::limits;
-use super::contact::ToolNow;
-use super::meeting::Meeting;
+use super::super::super::cut::CutKey;
+use super::super::super::limits;
+use super::super::super::params::BLOCK;
+use super::super::contact::ToolNow;
+use super::super::nodes::{Ghosts, Incompatible, offset};
+use super::bounds::Meeting;
 use glam::{DVec3, IVec3};
 
 const DIVISIONS_MAX: usize = limits::DIVISIONS_MAX as usize;
@@ -110,6 +112,22 @@ fn owner_by_mass(keys: &[CutKey], sheet: u8, mass: impl Fn(usize) -> f64) -> Opt
         }
     }
     (front + back > 0.5 * all).then_some(if front >= back { 1 } else { -1 })
+}
+
+/// Where the nodes of a block are incompatible with each class; nothing under methods without ghosts.
+pub(super) fn ghosts_of(keys: &[CutKey], divisions: &[Divisions; 64], block: IVec3, meeting: &Meeting<'_>) -> Vec<Ghosts> {
+    let at = |key: CutKey, k: usize| {
+        let (tool, side) = divisions[k].incompatible(key)?;
+        let (_, front) = meeting.tools[usize::from(tool)].side(block * BLOCK + offset(k))?;
+        Some(Incompatible { tool, normal: front * f64::from(side) })
+    };
+    let of_class = |key: &CutKey| std::array::from_fn(|k| at(*key, k));
+    if meeting.cutting.has_ghosts() { keys.iter().map(of_class).collect() } else { vec![] }
+}
+
+/// Whether node `k` is incompatible with a class.
+pub(super) fn is_incompatible(ghosts: &[Ghosts], class: usize, k: usize) -> bool {
+    ghosts.get(class).is_some_and(|ghosts| ghosts[k].is_some())
 }
 
 /// The fields of a node in the order of what they are beyond, each with the first of its classes.

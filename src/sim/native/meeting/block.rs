@@ -1,0 +1,187 @@
+//! The nodes of a block that walls, tools or cuts meet: the fields of clay at each, and how they move.
+
+use super::super::super::cut;
+use super::super::super::params::BLOCK;
+use super::super::grid_step::{GridReport, GridStep};
+use super::super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, local, offset};
+use super::super::state::NEIGHBOURS;
+use super::bounds::Meeting;
+use super::classes::{Classes, Sum};
+use super::sides::{Divisions, Fields, ghosts_of, is_incompatible};
+use glam::{DVec3, IVec3};
+
+/// The 64 nodes.
+pub(super) struct Block<'a> {
+    pub(super) classes: Classes,
+    pub(super) divisions: [Divisions; 64],
+    pub(super) fields: [Fields; 64],
+    /// The first class of the field in which each class moves: fields stand in its place.
+    pub(super) leader: Vec<[u8; 64]>,
+    /// Folded sums of the fields.
+    pub(super) field: Vec<[Sum; 64]>,
+    pub(super) velocity: Vec<[DVec3; 64]>,
+    /// Impulse of tools and of other fields on the node.
+    pub(super) pushed: [DVec3; 64],
+    pub(super) is_outer: [bool; 64],
+    /// Where nodes are incompatible with each class, under the methods that know such; else none.
+    pub(super) ghosts: Vec<Ghosts>,
+    /// Masses of the clay that touches separating tools.
+    pub(super) touching: [f32; 64],
+    /// Gravity and other body forces at each node.
+    pub(super) gravity: [DVec3; 64],
+    /// The masses about the block on either side of each sheet that divides one of its nodes in two.
+    pub(super) about: Vec<SheetMasses>,
+    pub(super) masses_of: &'a MassesOf<'a>,
+    pub(super) block: IVec3,
+    pub(super) report: GridReport,
+}
+
+/// The folded masses of the tagged classes of the block at these coordinates, if there are any.
+pub(in super::super) type MassesOf<'a> = dyn Fn(IVec3) -> Option<&'a ClassMasses> + Sync + 'a;
+
+/// Nodes along an edge of the block and one around it.
+const ABOUT: usize = BLOCK as usize + 2;
+
+/// Masses in front of a sheet and behind it at the nodes of a block and those around it, z fastest.
+pub(super) struct SheetMasses {
+    pub(super) sheet: u8,
+    sides: [[f32; 2]; ABOUT * ABOUT * ABOUT],
+}
+
+impl SheetMasses {
+    pub(super) fn new(sheet: u8, block: IVec3, masses_of: &MassesOf<'_>) -> Self {
+        let mut sides = [[0.0; 2]; ABOUT * ABOUT * ABOUT];
+        for offset in NEIGHBOURS {
+            let Some(classes) = masses_of(block + offset) else { continue };
+            // Our coordinates from -1 on, and what to add for the neighbour's own.
+            let range = |o: i32| match o {
+                -1 => (-1, 0, BLOCK),
+                0 => (0, BLOCK, 0),
+                _ => (BLOCK, BLOCK + 1, -BLOCK),
+            };
+            let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+            for (key, masses) in classes {
+                let side = match key.side(sheet) {
+                    0 => continue,
+                    1 => 0,
+                    _ => 1,
+                };
+                for i in x.0..x.1 {
+                    for j in y.0..y.1 {
+                        for k in z.0..z.1 {
+                            sides[Self::at(IVec3::new(i, j, k))][side] += masses[local(i + x.2, j + y.2, k + z.2)];
+                        }
+                    }
+                }
+            }
+        }
+        Self { sheet, sides }
+    }
+
+    /// Place of a node, relative to the block, each coordinate in -1 ..= 4.
+    fn at(node: IVec3) -> usize {
+        let n = (node + 1).as_usizevec3();
+        (n.x * ABOUT + n.y) * ABOUT + n.z
+    }
+
+    /// Unit normal of the cut at a node of the block, from back to front.
+    pub(super) fn normal(&self, node: IVec3) -> Option<DVec3> {
+        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+        cut::fitted_normal(about.map(|o| {
+            let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
+            (o, front, back)
+        }))
+    }
+}
+
+impl<'a> Block<'a> {
+    /// Tells the sides apart and makes momentum velocity.
+    pub(super) fn new(
+        classes: Classes,
+        block: IVec3,
+        step: &GridStep,
+        meeting: &Meeting<'_>,
+        masses_of: &'a MassesOf<'a>,
+    ) -> Self {
+        let mut gravity = [step.gravity; 64];
+        if step.imposed.is_some() {
+            // A manufactured solution's body force is dear: none where there is no clay.
+            let is_used = |k: usize| classes.own.iter().chain(&classes.folded).any(|class| class[k].mass != 0.0);
+            gravity =
+                std::array::from_fn(|k| if is_used(k) { step.acceleration_at(block * BLOCK + offset(k)) } else { DVec3::ZERO });
+        }
+        let (count, sheets) = (classes.keys.len(), classes.sheets(meeting.tools));
+        let divisions = |k: usize| {
+            let mass = |class: usize| classes.folded[class][k].mass;
+            Divisions::new(block * BLOCK + offset(k), &classes.keys, &sheets, mass, meeting)
+        };
+        let divisions: [Divisions; 64] = std::array::from_fn(divisions);
+        let mut fields = [Fields::default(); 64];
+        let mut leader = vec![[0u8; 64]; count];
+        let mut field = vec![[Sum::default(); 64]; count];
+        let mut velocity = vec![[DVec3::ZERO; 64]; count];
+        let ghosts = ghosts_of(&classes.keys, &divisions, block, meeting);
+        for k in 0..64 {
+            for c in 0..count {
+                if is_incompatible(&ghosts, c, k) {
+                    // In no field, and without a velocity.
+                    leader[c][k] = c as u8;
+                    continue;
+                }
+                leader[c][k] = fields[k].leader(divisions[k].beyond(classes.keys[c]), c as u8);
+                let sum = &mut field[usize::from(leader[c][k])][k];
+                *sum = sum.plus(classes.folded[c][k]);
+            }
+            for &(_, f) in fields[k].as_slice() {
+                let sum = field[usize::from(f)][k];
+                // A NaN mass must show.
+                if sum.mass > 0.0 || sum.mass.is_nan() {
+                    velocity[usize::from(f)][k] = (sum.momentum / sum.mass + gravity[k]) * step.damping;
+                }
+            }
+        }
+        let mut is_outer = [false; 64];
+        classes.folds.iter().for_each(|c| is_outer[c.outer] = true);
+        let mut report = GridReport::of_tools(meeting.tools.len());
+        if step.damping != 1.0 || step.imposed.is_some() {
+            let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
+            report.damping_impulse = own().map(|(s, g)| s.momentum + s.mass * g).sum::<DVec3>() * (step.damping - 1.0);
+            report.body_impulse = own().map(|(s, g)| s.mass * (g - step.gravity)).sum();
+        }
+        let (pushed, touching) = ([DVec3::ZERO; 64], meeting.touching.of_block(block));
+        Self {
+            classes,
+            divisions,
+            fields,
+            leader,
+            field,
+            velocity,
+            pushed,
+            is_outer,
+            ghosts,
+            touching,
+            gravity,
+            about: vec![],
+            masses_of,
+            block,
+            report,
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
+    pub(super) fn store(&mut self, nodes: &mut Nodes, mut cut: Option<&mut CutBlock>) {
+        if let Some(cut) = &mut cut {
+            cut.ghosts = self.ghosts.split_off(self.ghosts.len().min(1));
+        }
+        let tagged = cut.into_iter().flat_map(|cut| &mut cut.nodes);
+        for (nodes, leader) in std::iter::once(nodes).chain(tagged).zip(&self.leader) {
+            for k in 0..64 {
+                let v = self.velocity[usize::from(leader[k])][k];
+                nodes[k].0[..3].copy_from_slice(&v.as_vec3().to_array());
+            }
+        }
+        let squares = || self.velocity.iter().flatten().map(|v| v.length_squared());
+        let (greatest, all) = (squares().fold(0.0, f64::max), squares().sum::<f64>());
+        self.report.speed_max = if all.is_finite() { greatest.sqrt() as f32 } else { f32::NAN };
+    }
+}

@@ -1,0 +1,27 @@
+//! What bounds the clay at the nodes of a substep.
+
+use super::super::super::cutting::CuttingMethod;
+use super::super::super::params::{BLOCK, Domain};
+use super::super::contact::ToolNow;
+use super::super::touching::Touching;
+use glam::IVec3;
+
+/// Walls and tools of one substep.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Meeting<'a> {
+    pub domain: &'a Domain,
+    pub tools: &'a [ToolNow],
+    /// How tools act on the clay.
+    pub cutting: CuttingMethod,
+    /// Where separating tools touch.
+    pub touching: &'a Touching,
+}
+
+impl Meeting<'_> {
+    /// Whether a wall stands in the block or a tool is near it.
+    pub(in super::super) fn concerns(&self, block: IVec3) -> bool {
+        let (low, high) = self.domain.wall_nodes();
+        let is_at_wall = |w: IVec3| (w / BLOCK).cmpeq(block).any();
+        is_at_wall(low) || is_at_wall(high) || self.tools.iter().any(|t| t.is_near_block(block))
+    }
+}

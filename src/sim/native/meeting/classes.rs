@@ -1,0 +1,112 @@
+//! What each class of clay brought to the nodes of a block, and what walls fold of it.
+
+use super::super::super::cut::CutKey;
+use super::super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
+use super::super::contact::ToolNow;
+use super::super::grid_step::GridStep;
+use super::super::nodes::{ClassMasses, CutBlock, Nodes, offset};
+use super::super::simd::Node;
+use super::walls::{Column, columns};
+use glam::{DVec3, IVec3};
+
+/// Mass and momentum.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sum {
+    pub(super) mass: f64,
+    pub(super) momentum: DVec3,
+}
+
+impl Sum {
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self { mass: self.mass + other.mass, momentum: self.momentum + other.momentum }
+    }
+}
+
+/// The class sums of a block: as the particles brought them, and with what walls folded onto or away from
+/// each node.
+pub(super) struct Classes {
+    /// Untagged clay first, then the tagged classes in order.
+    pub(super) keys: Vec<CutKey>,
+    pub(super) own: Vec<[Sum; 64]>,
+    pub(super) folded: Vec<[Sum; 64]>,
+    /// The columns that a wall acts on, in the order of folding.
+    pub(super) folds: Vec<Column>,
+    /// The columns of clamped walls.
+    pub(super) clamps: Vec<Column>,
+}
+
+impl Classes {
+    pub(super) fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, domain: &Domain) -> Self {
+        let sum = |node: &Node| {
+            let q = node.0.map(f64::from);
+            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
+        };
+        let sums = |nodes: &Nodes| std::array::from_fn(|k| sum(&nodes[k]));
+        let tagged = || cut.iter().flat_map(|cut| cut.keys.iter().zip(&cut.nodes));
+        let keys = std::iter::once(CutKey::UNTAGGED).chain(tagged().map(|t| *t.0)).collect();
+        let own: Vec<[Sum; 64]> = std::iter::once(nodes).chain(tagged().map(|t| t.1)).map(sums).collect();
+        let mut classes = Self { keys, folded: own.clone(), own, folds: vec![], clamps: vec![] };
+        let is_clamped = step.imposed.is_some_and(|imposed| imposed.clamped_walls);
+        for column in columns(block, domain) {
+            if is_clamped {
+                classes.clamps.push(column);
+            } else if column.kind != Wall::Separate || classes.reaction(&column, block, step) > 0.0 {
+                classes.fold(column);
+            }
+        }
+        classes
+    }
+
+    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer
+    /// node.
+    fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
+        let total = |k: usize| {
+            let sum = self.folded.iter().fold(Sum::default(), |s, class| s.plus(class[k]));
+            (sum.mass, sum.momentum[c.axis] * c.inward)
+        };
+        let ((m_outer, outer), (m_wall, wall), (m_inner, inner)) = (total(c.outer), total(c.wall), total(c.inner));
+        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
+        // touch yet.
+        if m_outer <= WALL_TOUCH * (m_outer + m_wall + m_inner) {
+            return 0.0;
+        }
+        let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;
+        let mass = m_inner + m_outer;
+        let velocity = if mass > 0.0 { (inner - outer) / mass + gravity } else { 0.0 };
+        (m_inner - m_outer) * velocity - (inner + wall + outer) - (mass + m_wall) * gravity
+    }
+
+    fn fold(&mut self, column: Column) {
+        for class in &mut self.folded {
+            let outer = std::mem::take(&mut class[column.outer]);
+            class[column.inner] = class[column.inner].plus(Sum { momentum: column.reflect(outer.momentum), ..outer });
+        }
+        self.folds.push(column);
+    }
+
+    /// The sheets of the classes and of the blades, each once, in order.
+    pub(super) fn sheets(&self, tools: &[ToolNow]) -> Vec<u8> {
+        let of_blades = tools.iter().filter(|t| t.blade.is_some()).map(|t| t.sheet);
+        let mut sheets: Vec<u8> = self.keys.iter().flat_map(|key| key.sides()).map(|s| s.0).chain(of_blades).collect();
+        sheets.sort_unstable();
+        sheets.dedup();
+        sheets
+    }
+}
+
+/// Folded masses of the tagged classes at the nodes of a block: what the normals of cuts are made of.
+#[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
+pub(in super::super) fn folded_masses(
+    nodes: &Nodes,
+    cut: &CutBlock,
+    block: IVec3,
+    step: &GridStep,
+    domain: &Domain,
+) -> ClassMasses {
+    if columns(block, domain).is_empty() {
+        return cut.keys.iter().zip(&cut.nodes).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
+    }
+    let classes = Classes::new(nodes, Some(cut), block, step, domain);
+    let tagged = classes.keys.iter().zip(&classes.folded).skip(1);
+    tagged.map(|(key, sums)| (*key, sums.map(|sum| sum.mass as f32))).collect()
+}

@@ -1,0 +1,97 @@
+//! When the two sides of a cut grow together.
+
+use super::frame::FramePlan;
+use super::snapshot::Tag;
+
+/// Parts of the time that growing together takes: what a tag counts.
+pub(crate) const WELD_PARTS: f64 = 100.0;
+
+/// When the two sides of a cut grow together in a frame: [`Weld`](super::material::Weld) in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WeldRule {
+    /// Compressive stress across the cut [Pa].
+    pub(crate) stress: f64,
+    /// What a frame adds to the count of a pressed tag.
+    pub(crate) step: u8,
+}
+
+impl WeldRule {
+    /// The rule of a plan whose frame starts at the clay's time `start` [s]; none if nothing grows together.
+    /// The step is the number of whole parts of the time that pass in the frame, which may be none, so that
+    /// growing together takes as long whatever the frames' length.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of a tag's count")]
+    pub(crate) fn of(plan: &FramePlan, start: f64) -> Option<Self> {
+        let (stress, time) = plan.material.weld.rule().filter(|_| plan.cutting.keeps_cuts())?;
+        let stress = stress * plan.material.shear_strength();
+        let parts = |at: f64| (at / time * WELD_PARTS).floor();
+        let step = (parts(start + plan.duration()) - parts(start)).clamp(0.0, WELD_PARTS) as u8;
+        stress.is_finite().then_some(Self { stress, step })
+    }
+
+    /// Whether the rule leaves a sheet alone: its blade is there.
+    pub(crate) fn spares(plan: &FramePlan, sheet: u8) -> bool {
+        plan.tools.iter().any(|path| path.tool.shape.is_blade() && path.sheet_id() == sheet)
+    }
+
+    /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns
+    /// whether they have grown together: then the tag is gone.
+    pub(crate) fn count(self, tag: &mut Tag, is_pressed: bool) -> bool {
+        let count = tag.side.unsigned_abs().saturating_add(self.step);
+        let is_welded = is_pressed && f64::from(count) > WELD_PARTS;
+        *tag = match is_pressed {
+            true if is_welded => Tag::default(),
+            true => Tag { side: tag.sign() * count.cast_signed(), ..*tag },
+            false => Tag { side: tag.sign(), ..*tag },
+        };
+        is_welded
+    }
+}
+
+/// Least share [-] of the clay on one side of a cut in the tagged clay about a particle for which the two
+/// sides meet there.
+pub(crate) const MEETING_SHARE: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::super::material::{ClayMaterial, Weld};
+    use super::super::planner::StepLimits;
+    use super::*;
+
+    fn tag(sheet: u8, side: i8) -> Tag {
+        Tag { sheet, side }
+    }
+
+    /// A hundred parts of pressing, not one of them missing, make whole clay; the count starts anew where the
+    /// sides part.
+    #[test]
+    fn sides_grow_together_while_pressed() {
+        let rule = WeldRule { stress: 1.0, step: 30 };
+        let mut pressed = tag(5, -1);
+        assert!((0..3).all(|_| !rule.count(&mut pressed, true)));
+        assert_eq!(pressed, tag(5, -91));
+        let mut parted = pressed;
+        assert!(!rule.count(&mut parted, false) && parted == tag(5, -1));
+        assert!(rule.count(&mut pressed, true) && pressed == Tag::default());
+        assert!(WeldRule { stress: 1.0, step: 100 }.count(&mut tag(5, 1), true), "at once");
+    }
+
+    /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it
+    /// begins; and not half as long.
+    #[test]
+    fn frames_of_any_length_weld_in_the_same_time() {
+        let weld = Weld::Pressed;
+        let time = weld.rule().expect("a rule").1;
+        for duration in [1e-4, 1e-3, 3.1e-3, 0.016, 0.033] {
+            for began in [0.0, 0.0123, 71.99] {
+                let limits = StepLimits::default();
+                let plan = limits.frame(&ClayMaterial { weld, ..ClayMaterial::default() }, 0.01, duration, &[]);
+                let (mut now, mut pressed) = (began, tag(5, 1));
+                while !WeldRule::of(&plan, now).expect("a rule").count(&mut pressed, true) {
+                    now += plan.duration();
+                }
+                let took = now + plan.duration() - began;
+                assert!((took - time).abs() < time / WELD_PARTS + plan.duration(), "{took} s in frames of {duration} s");
+            }
+        }
+    }
+}
