@@ -82,8 +82,12 @@ impl Hot {
         for (c, x) in cell.iter_mut().zip(&mut self.offset) {
             let whole = x.floor();
             *x -= whole;
-            // An offset of -1e-9 has the floor -1 and rounds to 1.0: still within the margin, as 1.5 is.
             *c += whole as i32;
+            // An offset of -1e-9 has the floor -1 and rounds to 1.0, which is the next cell's 0: what is in order stays as it is.
+            if *x >= 1.0 {
+                *x = 0.0;
+                *c += 1;
+            }
         }
         self.cell = pack_cell(cell);
     }
