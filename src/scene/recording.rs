@@ -64,7 +64,7 @@ impl Origin {
 
 /// What happened in a run, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(clippy::large_enum_variant, reason = "one at a time")]
+#[cfg_attr(feature = "reference", expect(clippy::large_enum_variant, reason = "one at a time"))]
 pub enum Event {
     /// This clay was loaded.
     Load(Snapshot),

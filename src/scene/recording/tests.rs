@@ -183,7 +183,8 @@ fn other_files_are_named() {
     let (folder, file) = place();
     let (mut bytes, _) = file_of_events();
     bytes[8..12].copy_from_slice(&9u32.to_le_bytes());
-    let cases = [(&bytes[..], "version 9; this program reads version 1"), (&clay().to_bytes(), "is no recording"), (b"", "is no")];
+    let cases =
+        [(&bytes[..], "version 9; this program reads version 1"), (&clay().to_bytes(), "is no recording"), (b"", "is no")];
     for (bytes, part) in cases {
         let error = read(&file, bytes).expect_err("refused");
         assert!(error.contains("run.clayrun: ") && error.contains(part), "{error}");

@@ -36,13 +36,7 @@ impl Ended {
             Held::Loaded(particles) => particles.clone(),
             Held::Device(readback) => readback.records(),
         };
-        Snapshot {
-            domain: self.domain,
-            material: self.material,
-            time: self.time,
-            forecasts: Some(self.forecasts),
-            particles,
-        }
+        Snapshot { domain: self.domain, material: self.material, time: self.time, forecasts: Some(self.forecasts), particles }
     }
 
     fn surface(&self) -> SurfaceSource {

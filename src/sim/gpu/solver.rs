@@ -173,9 +173,8 @@ impl Solver {
         queue.write_buffer(&made.surface, 0, bytemuck::cast_slice(&surface));
         let mass_unit = mass_unit(&domain);
         let mass_max = super::report::mass_max(&particles, mass_unit);
-        let forecasts = snapshot
-            .forecasts
-            .unwrap_or_else(|| [super::report::forecast(&snapshot.material, &domain, &particles, mass_max); 2]);
+        let forecasts =
+            snapshot.forecasts.unwrap_or_else(|| [super::report::forecast(&snapshot.material, &domain, &particles, mass_max); 2]);
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),

@@ -343,3 +343,24 @@ pub(super) fn split<'a, T>(mut rest: &'a mut [T], lengths: &[usize]) -> Vec<&'a 
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a sort has put in order, the next one leaves as it is: else clay that was loaded would differ from
+    /// clay that was there.
+    #[test]
+    fn particles_in_order_stay_as_they_are() {
+        for x in [-1e-9, -0.3, 0.0, 0.25, 1.0 - f32::EPSILON / 2.0, 1.0, 1.4] {
+            let mut hot = Hot { offset: [x; 3], cell: pack_cell([5; 3]), ..Hot::default() };
+            hot.normalise();
+            let first = (hot.offset, hot.cell);
+            assert!(hot.offset.iter().all(|o| (0.0..1.0).contains(o)), "{first:?}");
+            hot.normalise();
+            assert_eq!(first, (hot.offset, hot.cell));
+            let place = f64::from(unpack_cell(hot.cell)[0]) + f64::from(hot.offset[0]);
+            assert!((place - 5.0 - f64::from(x)).abs() < 1e-7, "{x}: {place}");
+        }
+    }
+}
