@@ -31,7 +31,7 @@ fn block(cells: [i32; 3]) -> Snapshot {
     let at = |i: i32| DVec3::new(f64::from(i % nx), f64::from(i / nx % ny), f64::from(i / nx / ny)) * 0.5 + 0.25;
     let particle = |i: i32| Particle::at(corner + at(i), (CELL.powi(3) / 8.0) as f32, i.cast_unsigned());
     let material = ClayMaterial { softening: 0.5, ..Preset::SoftClay.material() };
-    Snapshot { domain, material, time: 0.0, particles: (0..nx * ny * nz).map(particle).collect() }
+    Snapshot::new(domain, material, (0..nx * ny * nz).map(particle).collect())
 }
 
 /// The middle of the clay's top and how long the ball has been about.

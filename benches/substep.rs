@@ -40,7 +40,7 @@ fn scene(particles: usize, cells: i32) -> (Snapshot, f64) {
             p
         })
         .collect();
-    (Snapshot { domain, material, time: 0.0, particles }, dt)
+    (Snapshot::new(domain, material, particles), dt)
 }
 
 /// A ball a quarter as wide as the block, its centre in the middle of the block's top.

@@ -24,7 +24,7 @@ fn cube(width: i32, height: f64) -> Snapshot {
     let n = 2 * width;
     let at = |i: i32| DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / (n * n))) * 0.5 + 0.25;
     let particle = |i: i32| Particle::at(corner + at(i), (DX.powi(3) / 8.0) as f32, i.cast_unsigned());
-    Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: (0..n * n * n).map(particle).collect() }
+    Snapshot::new(domain, Preset::SoftClay.material(), (0..n * n * n).map(particle).collect())
 }
 
 /// Every report of the app, in order.

@@ -1,7 +1,7 @@
 //! The command line.
 
 use clap::Parser;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Pictures where none were asked for.
 const PICTURES: u64 = 4;
@@ -16,9 +16,14 @@ Files in DIR (lengths in a scene are metres, times seconds):
   particles.ply  the particles of the last frame: positions in millimetres, velocities in m/s
   frame_NNNN.png pictures after frame NNNN, with the default features
 
+A recording (--record FILE) holds the clay, every frame's plan and a checksum of the end. --replay FILE runs
+it again, without the scene, writes nothing and says whether the end has the same bits: it has on the same
+version, engine and kind of processor. Of a run that was killed it replays what there is.
+
 Exit codes:
   0    all is well
-  1    a check failed, the run stopped early, or a file could not be written; the rest is written
+  1    a check failed, the run stopped early, or a file could not be written; the rest is written;
+       a replay has other bits than the run, though version, engine and kind of processor are the same
   2    bad input: one line says what is wrong and where, nothing is written
   130  interrupted (Ctrl+C): the frame under way was ended, what there was is written;
        a second Ctrl+C ends at once";
@@ -27,7 +32,8 @@ Exit codes:
 #[command(name = "headless", about = "Runs a clay scene without a window", version, after_help = AFTER_HELP)]
 pub(crate) struct Args {
     /// Scene file (RON).
-    pub(crate) scene: PathBuf,
+    #[arg(required_unless_present = "replay")]
+    scene: Option<PathBuf>,
     /// Folder for the results, made if missing.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
@@ -38,6 +44,12 @@ pub(crate) struct Args {
     /// and a graphics adapter.
     #[arg(long, value_name = "N")]
     pub(crate) pictures: Option<u64>,
+    /// Records the run into FILE, in place of what is there, for `--replay`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Replays the recording FILE in place of a scene.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "out", "frames", "pictures", "record"])]
+    pub(crate) replay: Option<PathBuf>,
 }
 
 impl Args {
@@ -55,6 +67,11 @@ impl Args {
             let what = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
             what.split_whitespace().collect::<Vec<_>>().join(" ")
         })
+    }
+
+    /// The scene file; without a name where a recording is replayed.
+    pub(crate) fn scene(&self) -> &Path {
+        self.scene.as_deref().unwrap_or(Path::new(""))
     }
 
     /// Pictures that are to be taken of `frames`.

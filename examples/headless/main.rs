@@ -4,16 +4,18 @@
 //! What it writes into DIR, what its exit codes mean and in which units it writes: `--help`, which is
 //! [`args::AFTER_HELP`]. From the command line to the files:
 //!
-//! | file        | takes                   | makes                                            |
-//! |-------------|-------------------------|--------------------------------------------------|
-//! | `args`      | command line            | scene file, folder, frames, pictures             |
-//! | `places`    | scene, folder           | the files of this run, each known to be writable |
-//! | `run`       | built scene             | engine at the run's end, why it ended            |
-//! | `tally`     | frame reports           | `metrics.csv`, sums and extremes, checks         |
-//! | `write`     | all of these            | the files, the summary, faults                   |
-//! | `pictures`  | surfaces of some frames | PNG files; without Bevy `no_pictures`            |
-//! | `say`       | lines                   | standard output and error, which may be closed   |
-//! | `interrupt` | Ctrl+C                  | a question that the frame loop asks              |
+//! | file         | takes                        | makes                                                          |
+//! |--------------|------------------------------|----------------------------------------------------------------|
+//! | `args`       | command line                 | scene file, folder, frames, pictures                           |
+//! | `places`     | scene, folder                | the files of this run, each known to be writable               |
+//! | `run`        | built scene                  | engine at the run's end, why it ended                          |
+//! | `record`     | plans, reports               | a recording (`--record`)                                       |
+//! | `replay`     | a recording (`--replay`)     | the run again, without scene and files                         |
+//! | `tally`      | frame reports                | `metrics.csv`, sums and extremes, checks                       |
+//! | `write`      | all of these                 | the files, the summary, faults                                 |
+//! | `pictures`   | surfaces of some frames      | PNG files; in a build without Bevy `no_pictures`               |
+//! | `say`        | lines                        | standard output and standard error, which may be closed        |
+//! | `interrupt`  | Ctrl+C                       | a question that the frame loop asks                            |
 
 mod args;
 mod interrupt;
@@ -24,6 +26,8 @@ mod pictures;
 mod pictures;
 mod places;
 mod progress;
+mod record;
+mod replay;
 mod run;
 mod say;
 mod tally;
@@ -32,6 +36,7 @@ mod write;
 use args::Args;
 use bevy_clay::prelude::*;
 use places::Places;
+use record::Record;
 use run::Run;
 use std::path::Path;
 use std::process::ExitCode;
@@ -52,11 +57,19 @@ enum Exit {
 }
 
 fn main() -> ExitCode {
-    let exit = Args::read().and_then(|args| prepare(&args).map(|ready| finish(&args, ready))).unwrap_or_else(|error| {
+    let exit = Args::read().and_then(|args| answer(&args)).unwrap_or_else(|error| {
         say::error(&error);
         Exit::Input
     });
     ExitCode::from(exit as u8)
+}
+
+/// Does what the command line asks for.
+fn answer(args: &Args) -> Result<Exit, String> {
+    match &args.replay {
+        Some(recording) => replay::replay(recording),
+        None => prepare(args).map(|ready| finish(args, ready)),
+    }
 }
 
 /// Everything that can be refused before the first frame, done.
@@ -64,26 +77,28 @@ struct Ready {
     built: BuiltScene,
     engine: NativeEngine,
     places: Places,
+    record: Record,
     began: Instant,
 }
 
 /// Reads the scene, loads the clay and finds out whether the results can be written.
 fn prepare(args: &Args) -> Result<Ready, String> {
     let began = Instant::now();
-    let scene = Scene::load(&args.scene).map_err(|e| e.to_string())?;
-    let built = scene.build(args.scene.parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
+    let scene = Scene::load(args.scene()).map_err(|e| e.to_string())?;
+    let built = scene.build(args.scene().parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
     let mut engine = NativeEngine::new();
     engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file))?;
     let places = Places::prepare(args, &built.scene)?;
     built.warnings.iter().for_each(|warning| say::warning(warning));
     interrupt::watch()?;
-    Ok(Ready { built, engine, places, began })
+    let record = Record::begin(args, &engine, &built.snapshot)?;
+    Ok(Ready { built, engine, places, record, began })
 }
 
 /// Runs the scene and writes what came of it.
 fn finish(args: &Args, ready: Ready) -> Exit {
-    let Ready { built, mut engine, places, began } = ready;
-    let mut run = Run::new(&built, args);
+    let Ready { built, mut engine, places, record, began } = ready;
+    let mut run = Run::new(&built, args, record);
     let mut results = Results::new(&built, &places, &engine, began);
     // In place of an earlier run's, which would pass for this one's if this one is killed; and where it
     // cannot be written nothing can.
@@ -100,7 +115,7 @@ fn finish(args: &Args, ready: Ready) -> Exit {
         engine.describe()
     ));
     run.run(&built, &mut engine);
-    results.write(&mut engine, &run);
+    results.write(&mut engine, &mut run);
     results.write_pictures(&mut run, args);
     results.conclude(&run)
 }

@@ -8,6 +8,11 @@ use bevy_clay::scene::export::{PARTICLES, numbered};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// A path by its names from the root, as far as the system knows where that is.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
 /// The files of a run.
 pub(crate) struct Places {
     pub(crate) folder: PathBuf,
@@ -49,18 +54,25 @@ impl Places {
     }
 
     fn check(&self, args: &Args, scene: &Scene) -> Result<(), String> {
-        let base = args.scene.parent().unwrap_or(Path::new("."));
+        let base = args.scene().parent().unwrap_or(Path::new("."));
         let meshes = scene.clay.iter().filter_map(|body| match body {
             Body::Mesh(mesh) => Some(base.join(&mesh.path)),
             _ => None,
         });
-        let inputs: Vec<PathBuf> = meshes.chain([args.scene.clone()]).filter_map(|file| file.canonicalize().ok()).collect();
+        let inputs: Vec<PathBuf> =
+            meshes.chain([args.scene().to_path_buf()]).filter_map(|file| file.canonicalize().ok()).collect();
         // Of bodies in files of their own the first stands for all: how many there will be is not known.
         let surface = match scene.outputs.export.bodies {
             BodyFiles::Together => self.surface.clone(),
             BodyFiles::Apart => self.surface.as_deref().map(|path| numbered(path, 1)),
         };
-        for place in [&surface, &self.particles, &self.metrics, &Some(self.summary.clone())].into_iter().flatten() {
+        let results: Vec<_> =
+            [surface, self.particles.clone(), self.metrics.clone(), Some(self.summary.clone())].into_iter().flatten().collect();
+        let is_result = |record: &&PathBuf| results.iter().any(|place| absolute(place) == absolute(record));
+        if let Some(record) = args.record.as_ref().filter(is_result) {
+            return Err(format!("{}: is a result of this run and would be overwritten by its recording", record.display()));
+        }
+        for place in results.iter().chain(&args.record) {
             check_writable(place).map_err(|e| e.to_string())?;
             if place.canonicalize().is_ok_and(|place| inputs.contains(&place)) {
                 return Err(format!("{}: is an input of this run and would be overwritten", place.display()));

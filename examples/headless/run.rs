@@ -2,6 +2,7 @@
 
 use crate::args::Args;
 use crate::progress::Progress;
+use crate::record::Record;
 use crate::tally::Tally;
 use crate::{interrupt, pictures};
 use bevy_clay::prelude::*;
@@ -31,13 +32,14 @@ pub(crate) struct Run {
     /// What the pictures show.
     pub(crate) moments: Vec<pictures::Moment>,
     pub(crate) end: End,
+    pub(crate) record: Record,
 }
 
 impl Run {
-    pub(crate) fn new(built: &BuiltScene, args: &Args) -> Self {
+    pub(crate) fn new(built: &BuiltScene, args: &Args, record: Record) -> Self {
         let frames = built.frame_count().min(args.frames.unwrap_or(u64::MAX));
         let (tally, last) = (Tally::new(), FrameReport::default());
-        Self { frames, pictures: args.pictures_of(frames), tally, last, moments: vec![], end: End::Running }
+        Self { frames, pictures: args.pictures_of(frames), tally, last, moments: vec![], end: End::Running, record }
     }
 
     /// Runs the frames, to the last of them or to where something ends the run.
@@ -52,6 +54,7 @@ impl Run {
                 break;
             }
             let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
+            self.record.plan(&plan);
             let report = engine.submit(plan.clone()).and_then(|()| engine.wait());
             planner.sent();
             match report {
@@ -61,6 +64,7 @@ impl Run {
                     break;
                 }
             }
+            self.record.report(&self.last);
             planner.note(&mut self.last);
             self.tally.add(&self.last, cell_width);
             if self.last.health.contains(Health::GIVEN_UP) {

@@ -53,7 +53,7 @@ impl<'a> Results<'a> {
     }
 
     /// Writes all but the pictures, and checks the run.
-    pub(crate) fn write(&mut self, engine: &mut NativeEngine, run: &Run) {
+    pub(crate) fn write(&mut self, engine: &mut NativeEngine, run: &mut Run) {
         match &run.end {
             End::Stopped(reason) => self.fault(reason.clone()),
             End::Interrupted => say::line(&format!("interrupted after {} of {} frames", run.tally.frames, run.frames)),
@@ -68,6 +68,8 @@ impl<'a> Results<'a> {
             Ok(clay) => self.clay = Some(clay),
             Err(error) => self.fault(format!("no particles: {error}")),
         }
+        let recorded = self.clay.as_ref().and_then(|clay| run.record.end(clay));
+        recorded.into_iter().for_each(|fault| self.fault(fault));
         self.write_surface(engine, run);
         if let (Some(path), Some(clay)) = (&self.places.particles, &self.clay) {
             self.wrote(write_particles(path, clay));

@@ -75,7 +75,7 @@ fn cube() -> Arc<Snapshot> {
             Particle::at(corner + place, (CELL.powi(3) / 8.0) as f32, id)
         };
         let particles = (0..PER_EDGE.pow(3)).map(particle).collect();
-        Arc::new(Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles })
+        Arc::new(Snapshot::new(domain, Preset::SoftClay.material(), particles))
     };
     CUBE.get_or_init(make).clone()
 }

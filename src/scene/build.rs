@@ -177,7 +177,7 @@ impl Scene {
         let particle =
             |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
-        let snapshot = Snapshot { domain, material, time: 0.0, particles };
+        let snapshot = Snapshot::new(domain, material, particles);
         let built = BuiltScene { snapshot, warnings, fill: report, scene: self.clone() };
         built.check_steps()?;
         Ok(built)

@@ -19,6 +19,7 @@
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
 //! | [`pieces`]  | snapshot                | which particles hold together; the clay without offcuts    |
 //! | [`export`]  | surface, snapshot       | bodies in STL, PLY, OBJ, 3MF, GLB; particles in PLY        |
+//! | [`recording`]| a run                  | a file of it; events of such a file                        |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
 
 pub mod build;
@@ -30,6 +31,7 @@ pub mod file;
 pub mod fill;
 pub mod import;
 pub mod pieces;
+pub mod recording;
 pub mod resample;
 pub mod solid;
 mod text;
@@ -48,6 +50,7 @@ pub mod prelude {
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;
+    pub use super::recording::{Recorder, Recording, RecordingError};
     pub use super::resample::resample;
     pub use super::track::{Keyframe, Rotation, ToolTrack};
 }

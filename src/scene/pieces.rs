@@ -63,7 +63,7 @@ impl Pieces {
     #[must_use]
     pub fn kept(&self, snapshot: &Snapshot, keeps: impl Fn(u32) -> bool) -> Snapshot {
         let kept = snapshot.particles.iter().zip(&self.of_particle).filter(|(_, piece)| keeps(**piece)).map(|(p, _)| *p);
-        Snapshot { particles: kept.collect(), ..*snapshot }
+        Snapshot { particles: kept.collect(), forecasts: None, ..*snapshot }
     }
 
     /// The piece of the particle nearest to `world` [m]; none where there is no clay at all.
@@ -155,7 +155,7 @@ mod tests {
             }
             particles.push(particle);
         }
-        Snapshot { domain, material: ClayMaterial::default(), time: 0.0, particles }
+        Snapshot::new(domain, ClayMaterial::default(), particles)
     }
 
     const THROUGH: f64 = 10.0;

@@ -78,7 +78,7 @@ pub fn resample_within(snapshot: &Snapshot, cell_width: f64, memory_limit: f64) 
     let mut particles: Vec<Particle> = points.par_iter().enumerate().map(|(i, p)| carried((i, p))).collect();
     let factor = volume / particles.iter().map(|p| f64::from(p.rest_volume)).sum::<f64>();
     particles.iter_mut().for_each(|p| p.rest_volume = (f64::from(p.rest_volume) * factor) as f32);
-    Ok(Snapshot { domain, particles, ..snapshot.clone() })
+    Ok(Snapshot { domain, particles, time: snapshot.time, ..Snapshot::new(domain, snapshot.material, vec![]) })
 }
 
 /// What an extractor reads of particles that no engine holds.

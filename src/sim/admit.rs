@@ -1,7 +1,7 @@
 //! What a snapshot's numbers have to be for an engine's indices to hold.
 
 use super::params::{BLOCK, CELLS_MAX, PADDING, ParamsError};
-use super::snapshot::{Particle, Snapshot};
+use super::snapshot::{Forecast, Particle, Snapshot};
 
 /// Checks what a snapshot's numbers have to be for the engine's indices to hold; returns the particles in
 /// motion and the ids of those not finite.
@@ -12,6 +12,10 @@ pub(super) fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), Pa
     if !(d.cell_width.is_finite() && d.cell_width > 0.0 && d.origin.is_finite() && d.cells.to_array().into_iter().all(fits)) {
         let reason = format!("cells must be multiples of {BLOCK} up to {}, the cell width positive", CELLS_MAX - PADDING);
         return Err(ParamsError::new("domain", format!("{} cells of {} m", d.cells, d.cell_width), reason));
+    }
+    let is_bound = |f: &Forecast| [f.reach, f.speed, f.node_mass].iter().all(|x| x.is_finite() && *x >= 0.0);
+    if let Some(forecast) = snapshot.forecasts.iter().flatten().find(|f| !is_bound(f)) {
+        return Err(ParamsError::new("forecasts", format!("{forecast:?}"), "must be finite and not negative"));
     }
     let (low, high) = d.wall_nodes();
     let (mut moving, mut quarantined) = (Vec::with_capacity(snapshot.particles.len()), vec![]);

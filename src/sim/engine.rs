@@ -87,6 +87,10 @@ pub trait Engine: Send {
     /// One line that names the engine and what it runs on.
     fn describe(&self) -> String;
 
+    /// Engine and device in a line, as far as the bits of a run depend on them: equal where the same plans
+    /// make the same bits.
+    fn identity(&self) -> String;
+
     /// Replaces the clay. Frames under way are dropped with their reports, requests for a state with them.
     ///
     /// # Errors

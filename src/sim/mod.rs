@@ -56,6 +56,7 @@ pub mod material;
 pub mod native;
 #[cfg(feature = "reference")]
 pub mod oracle;
+pub(crate) mod packet;
 pub mod params;
 pub mod planner;
 pub mod snapshot;
@@ -81,7 +82,7 @@ pub mod prelude {
     pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
-    pub use super::planner::{Backlog, Decision, InertiaScaling, Planner, Policy, Sheets, StepLimits, ToolSamples};
-    pub use super::snapshot::{Particle, Snapshot, SnapshotError, Tag};
+    pub use super::planner::{Backlog, Decision, InertiaScaling, Planner, PlannerState, Policy, Sheets, StepLimits, ToolSamples};
+    pub use super::snapshot::{Forecast, Particle, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

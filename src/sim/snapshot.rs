@@ -1,10 +1,11 @@
-//! The state of the clay, whole: what an engine loads and saves, and a file of it (version 2; version 1,
-//! which knew less of the material, is read too).
+//! The state of the clay, whole: what an engine loads and saves, and a file of it.
 
-use super::material::{ClayLaw, ClayMaterial, Weld};
-use super::params::{Domain, Wall, Walls};
+use super::material::ClayMaterial;
+use super::packet::{self, PacketError};
+use super::params::Domain;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, IVec3};
+use serde::{Deserialize, Serialize};
 
 /// A particle's relation to one cut: which sheet, which side of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -90,8 +91,24 @@ impl Particle {
     }
 }
 
-/// The whole state of the clay at one time.
-#[derive(Clone, Debug, PartialEq)]
+/// What the GPU engine counts on in a frame, known from the frame two before it: it settles the scales of
+/// fixed point sums and how often particles are sorted, and with these the rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Forecast {
+    /// Greatest |v + A d| of a particle [m/s].
+    pub reach: f64,
+    /// Greatest node speed [m/s].
+    pub speed: f64,
+    /// Most particles in a cell.
+    pub cell_count: u32,
+    /// Greatest mass of a node, over that of the greatest power of two of rest volumes [m^3] that an eighth
+    /// of a cell holds.
+    pub node_mass: f64,
+}
+
+/// The whole state of the clay at one time. What serde sees is all but the particles: the head of
+/// [`Self::to_bytes`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// Where the clay is.
     pub domain: Domain,
@@ -99,7 +116,12 @@ pub struct Snapshot {
     pub material: ClayMaterial,
     /// Simulated time [s].
     pub time: f64,
+    /// What the GPU engine that saved it counts on in the next frame and in the one after it: a run that is
+    /// restarted with them has the same bits as one that went on. Without them it bounds the same by the
+    /// particles. Other engines carry nothing from frame to frame.
+    pub forecasts: Option<[Forecast; 2]>,
     /// The particles.
+    #[serde(skip)]
     pub particles: Vec<Particle>,
 }
 
@@ -110,166 +132,82 @@ pub enum SnapshotError {
     #[error("not a clay snapshot: the first 8 bytes are not `bevyclay`")]
     NotASnapshot,
     /// A version this program does not know.
-    #[error("clay snapshot of version {0}; this program reads versions 1 and 2")]
+    #[error("clay snapshot of version {0}; this program reads version {VERSION}")]
     Version(u32),
     /// The file is cut short, too long or changed.
     #[error("clay snapshot damaged: {0}")]
-    Damaged(&'static str),
+    Damaged(String),
 }
 
 const MAGIC: &[u8; 8] = b"bevyclay";
-const VERSION: u32 = 2;
-/// Numbers in the header: the domain's and the material's, the time, spare ones.
-const NUMBERS: usize = 24;
-/// The same in version 1.
-const NUMBERS_1: usize = 13;
-
-/// Bytes before the particles: magic, version, walls, law, numbers, cells, particle count, checksum.
-const fn header_bytes(numbers: usize) -> usize {
-    8 + 4 + 6 + 2 + numbers * 8 + 12 + 4 + 8
-}
+const VERSION: u32 = 3;
 
 impl Snapshot {
+    /// Clay at time 0 that no engine has run.
+    pub fn new(domain: Domain, material: ClayMaterial, particles: Vec<Particle>) -> Self {
+        Self { domain, material, time: 0.0, forecasts: None, particles }
+    }
+
     /// Sum of rest volumes [m^3].
     pub fn rest_volume(&self) -> f64 {
         self.particles.iter().map(|p| f64::from(p.rest_volume)).sum()
     }
 
-    /// The snapshot as bytes: little-endian, versioned, with a checksum.
+    /// CRC-32 of everything in it, the order of the particles too: equal for equal bits.
+    pub fn checksum(&self) -> u32 {
+        packet::checksum(self, bytemuck::cast_slice(&self.particles))
+    }
+
+    /// The snapshot as bytes: 8 letters, a version, and a head and the particles as they are in memory, with
+    /// a checksum of both.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(header_bytes(NUMBERS) + self.particles.len() * size_of::<Particle>());
+        let body: &[u8] = bytemuck::cast_slice(&self.particles);
+        let mut out = Vec::with_capacity(HEAD_ABOUT + body.len());
         out.extend(MAGIC);
         out.extend(VERSION.to_le_bytes());
-        let (d, m) = (&self.domain, &self.material);
-        let (law, [loss, rate, rest_time]) = law_code(m.law);
-        out.extend(d.walls.low.iter().chain(&d.walls.high).map(|w| wall_code(*w)));
-        out.extend([law, weld_code(m.weld)]);
-        let mut numbers = [0.0; NUMBERS];
-        numbers[..18].copy_from_slice(&[
-            d.origin.x,
-            d.origin.y,
-            d.origin.z,
-            d.cell_width,
-            m.density,
-            m.young_modulus,
-            m.poisson_ratio,
-            m.yield_stress,
-            m.softening,
-            m.softening_length,
-            self.time,
-            m.hardening_modulus,
-            m.viscosity,
-            m.flow_index,
-            loss,
-            rate,
-            rest_time,
-            0.0,
-        ]);
-        numbers.iter().for_each(|n| out.extend(n.to_le_bytes()));
-        d.cells.to_array().iter().for_each(|n| out.extend(n.to_le_bytes()));
-        out.extend(u32::try_from(self.particles.len()).unwrap_or(u32::MAX).to_le_bytes());
-        let body: &[u8] = bytemuck::cast_slice(&self.particles);
-        out.extend(checksum(&out, body).to_le_bytes());
-        out.extend(body);
+        // Memory takes whatever is written, and the head is numbers and names alone.
+        let _ = packet::write(&mut out, self, body);
         out
     }
 
     /// Reads [`Self::to_bytes`].
     ///
     /// # Errors
-    /// Bytes that are not a snapshot, are of another version, cut short or changed.
+    /// Bytes that are not a snapshot, are of another version, cut short, too long or changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
-        if bytes.get(..8) != Some(MAGIC) {
-            return Err(SnapshotError::NotASnapshot);
+        let Some(bytes) = bytes.strip_prefix(MAGIC) else { return Err(SnapshotError::NotASnapshot) };
+        let cut_short = || SnapshotError::Damaged("it is cut short".into());
+        let (version, mut rest) = bytes.split_first_chunk::<4>().ok_or_else(cut_short)?;
+        match u32::from_le_bytes(*version) {
+            VERSION => {}
+            other => return Err(SnapshotError::Version(other)),
         }
-        let version = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        let numbers = match version {
-            Some(VERSION) => NUMBERS,
-            Some(1) => NUMBERS_1,
-            Some(other) => return Err(SnapshotError::Version(other)),
-            None => return Err(SnapshotError::Damaged("cut short within the header")),
-        };
-        let header = header_bytes(numbers);
-        let (head, body) = bytes.split_at_checked(header).ok_or(SnapshotError::Damaged("cut short within the header"))?;
-        let (fields, sum) = head.split_at(header - 8);
-        let word = |at: usize| <[u8; 4]>::try_from(&fields[at..at + 4]).unwrap_or_default();
-        let number = |i: usize| f64::from_le_bytes(<[u8; 8]>::try_from(&fields[20 + 8 * i..28 + 8 * i]).unwrap_or_default());
-        let count = u32::from_le_bytes(word(header - 12)) as usize;
-        if body.len() != count * size_of::<Particle>() {
-            return Err(SnapshotError::Damaged("its length does not fit its particle count"));
+        let read = packet::read::<Self>(&mut rest).map_err(|error| match error {
+            PacketError::CutShort => cut_short(),
+            PacketError::Io(error) => SnapshotError::Damaged(error.to_string()),
+            PacketError::Damaged(reason) => SnapshotError::Damaged(reason),
+        })?;
+        let (head, body) = read.ok_or_else(cut_short)?;
+        if !rest.is_empty() {
+            return Err(SnapshotError::Damaged("something follows its end".into()));
         }
-        if checksum(fields, body).to_le_bytes() != sum {
-            return Err(SnapshotError::Damaged("its checksum does not fit its content"));
-        }
-        let wall = |i: usize| wall_from_code(fields[12 + i]).ok_or(SnapshotError::Damaged("a wall of unknown kind"));
-        let walls = Walls { low: [wall(0)?, wall(1)?, wall(2)?], high: [wall(3)?, wall(4)?, wall(5)?] };
-        let cells = IVec3::from_array([0, 1, 2].map(|i| i32::from_le_bytes(word(20 + numbers * 8 + 4 * i))));
-        let of_2 = |i: usize, before: f64| if numbers == NUMBERS { number(i) } else { before };
-        let law_numbers = [of_2(14, 0.0), of_2(15, 0.0), of_2(16, 0.0)];
-        let law = law_from_code(fields[18], law_numbers).ok_or(SnapshotError::Damaged("a law of unknown kind"))?;
-        let weld =
-            Weld::ALL.get(usize::from(fields[19])).copied().ok_or(SnapshotError::Damaged("a weld rule of unknown kind"))?;
-        let domain = Domain { origin: DVec3::new(number(0), number(1), number(2)), cell_width: number(3), cells, walls };
-        let material = ClayMaterial {
-            density: number(4),
-            young_modulus: number(5),
-            poisson_ratio: number(6),
-            yield_stress: number(7),
-            softening: number(8),
-            softening_length: number(9),
-            hardening_modulus: of_2(11, 0.0),
-            viscosity: of_2(12, 0.0),
-            flow_index: of_2(13, 1.0),
-            law,
-            weld,
-        };
-        Ok(Self { domain, material, time: number(10), particles: bytemuck::pod_collect_to_vec(body) })
+        head.with_particles(&body).ok_or_else(|| SnapshotError::Damaged("it holds a part of a particle".into()))
+    }
+
+    /// This head with the particles of `body`, if they are whole.
+    pub(crate) fn with_particles(self, body: &[u8]) -> Option<Self> {
+        let is_whole = body.len().is_multiple_of(size_of::<Particle>());
+        is_whole.then(|| Self { particles: bytemuck::pod_collect_to_vec(body), ..self })
     }
 }
 
-fn wall_code(wall: Wall) -> u8 {
-    match wall {
-        Wall::Slip => 0,
-        Wall::Stick => 1,
-        Wall::Separate => 2,
-    }
-}
-
-fn wall_from_code(code: u8) -> Option<Wall> {
-    [Wall::Slip, Wall::Stick, Wall::Separate].get(usize::from(code)).copied()
-}
-
-/// Files from before there was a choice have 0.
-fn weld_code(weld: Weld) -> u8 {
-    Weld::ALL.iter().position(|w| *w == weld).unwrap_or_default() as u8
-}
-
-/// A law's code and numbers.
-fn law_code(mut law: ClayLaw) -> (u8, [f64; 3]) {
-    let mut numbers = [0.0; 3];
-    numbers.iter_mut().zip(law.numbers_mut()).for_each(|(to, (_, number))| *to = *number);
-    (law.number() as u8, numbers)
-}
-
-fn law_from_code(code: u8, numbers: [f64; 3]) -> Option<ClayLaw> {
-    let mut law = *ClayLaw::ALL.get(usize::from(code))?;
-    law.numbers_mut().into_iter().zip(numbers).for_each(|((_, number), from)| *number = from);
-    Some(law)
-}
-
-/// FNV-1a over 8-byte words: finds damage, not malice.
-fn checksum(head: &[u8], body: &[u8]) -> u64 {
-    let word = |hash: u64, chunk: &[u8]| {
-        let mut bytes = [0; 8];
-        bytes[..chunk.len()].copy_from_slice(chunk);
-        (hash ^ u64::from_le_bytes(bytes)).wrapping_mul(0x0100_0000_01b3).rotate_left(23)
-    };
-    head.chunks(8).chain(body.chunks(8)).fold(0xcbf2_9ce4_8422_2325, word)
-}
+/// Room for a head [bytes], about: a vector that has too little grows.
+const HEAD_ABOUT: usize = 1024;
 
 #[cfg(test)]
 mod tests {
-    use super::super::material::Preset;
+    use super::super::material::{ClayLaw, Preset, Weld};
+    use super::super::params::{Wall, Walls};
     use super::*;
 
     fn snapshot() -> Snapshot {
@@ -293,43 +231,80 @@ mod tests {
             weld: Weld::Off,
             ..Preset::Plasticine.material()
         };
-        Snapshot { domain, material, time: 1.25, particles }
+        Snapshot { time: 1.25, ..Snapshot::new(domain, material, particles) }
     }
 
+    /// Every law and weld rule, clay that does not yield, and what the GPU engine carries.
     #[test]
     fn bytes_round_trip() {
-        let s = snapshot();
-        assert_eq!(Snapshot::from_bytes(&s.to_bytes()), Ok(s));
+        let mut all = vec![snapshot(), Snapshot { particles: vec![], ..snapshot() }];
+        for law in ClayLaw::ALL {
+            for weld in Weld::ALL {
+                let material = ClayMaterial { law, weld, yield_stress: f64::INFINITY, density: 1.0 / 3.0, ..snapshot().material };
+                let forecast = |x| Forecast { reach: x, speed: 0.1 * x, cell_count: 9, node_mass: f64::MIN_POSITIVE };
+                all.push(Snapshot { material, forecasts: Some([1.0 / 7.0, 1e300].map(forecast)), ..snapshot() });
+            }
+        }
+        for s in all {
+            assert_eq!(Snapshot::from_bytes(&s.to_bytes()), Ok(s));
+        }
     }
 
-    /// A file of version 1 gives the clay it was made of.
+    /// Snapshots of other versions are named and not read.
     #[test]
-    fn version_1_is_read() {
-        let material = Preset::StiffClay.material();
-        let s = Snapshot { material, ..snapshot() };
-        let new = s.to_bytes();
-        let (head, body) = new.split_at(header_bytes(NUMBERS));
-        let mut old = head[..20 + 11 * 8].to_vec();
-        old[8..12].copy_from_slice(&1u32.to_le_bytes());
-        old.extend([0; 16]);
-        old.extend(&head[20 + NUMBERS * 8..head.len() - 8]);
-        old.extend(checksum(&old, body).to_le_bytes());
-        old.extend(body);
-        assert_eq!(Snapshot::from_bytes(&old), Ok(s));
+    fn other_versions_are_named() {
+        for version in [0, 2, 4] {
+            let mut bytes = snapshot().to_bytes();
+            bytes[8..12].copy_from_slice(&u32::to_le_bytes(version));
+            assert_eq!(Snapshot::from_bytes(&bytes), Err(SnapshotError::Version(version)));
+        }
+        assert_eq!(Snapshot::from_bytes(b"bevycla"), Err(SnapshotError::NotASnapshot));
     }
 
-    /// Every cut of the file, and a changed byte anywhere, is found.
+    /// Every cut of the file, a changed byte anywhere, and what follows its end are found.
     #[test]
     fn damaged_bytes_are_refused() {
         let bytes = snapshot().to_bytes();
-        for length in [0, 7, 11, 100, header_bytes(NUMBERS), bytes.len() - 1] {
+        let body = bytes.len() - 1000 * size_of::<Particle>();
+        for length in (0..body + 300).chain([bytes.len() - 1]) {
             assert!(Snapshot::from_bytes(&bytes[..length]).is_err(), "cut to {length}");
         }
-        for at in (0..bytes.len()).step_by(97) {
-            let mut changed = bytes.clone();
-            changed[at] ^= 0x10;
-            assert!(Snapshot::from_bytes(&changed).is_err(), "byte {at}");
+        for at in (0..body + 300).chain((body..bytes.len()).step_by(97)) {
+            for bit in [0x10, 0x01, 0x80] {
+                let mut changed = bytes.clone();
+                changed[at] ^= bit;
+                assert!(Snapshot::from_bytes(&changed).is_err(), "byte {at}");
+            }
         }
+        assert!(Snapshot::from_bytes(&[&bytes[..], &[0]].concat()).is_err());
+    }
+
+    /// A file that claims to hold 16 EiB, its checksums in order, is cut short: what it claims is not
+    /// allocated.
+    #[test]
+    fn absurd_lengths_are_cut_short() {
+        let mut bytes = snapshot().to_bytes();
+        for (head, body) in [(u32::MAX, 0), (10, u64::MAX), (u32::MAX, u64::MAX)] {
+            bytes[12..16].copy_from_slice(&head.to_le_bytes());
+            bytes[16..24].copy_from_slice(&body.to_le_bytes());
+            let sum = crc32fast::hash(&bytes[12..28]);
+            bytes[28..32].copy_from_slice(&sum.to_le_bytes());
+            assert_eq!(Snapshot::from_bytes(&bytes), Err(SnapshotError::Damaged("it is cut short".into())));
+        }
+    }
+
+    /// Whole packets of something else, and of half a particle.
+    #[test]
+    fn other_content_is_refused() {
+        let (head, body) = (snapshot(), [0; 3 * size_of::<Particle>() / 2]);
+        let start = &snapshot().to_bytes()[..12];
+        let mut half = start.to_vec();
+        packet::write(&mut half, &head, &body).expect("written");
+        assert_eq!(Snapshot::from_bytes(&half), Err(SnapshotError::Damaged("it holds a part of a particle".into())));
+        let mut other = start.to_vec();
+        packet::write(&mut other, &(1, "clay"), &body).expect("written");
+        let error = Snapshot::from_bytes(&other).expect_err("no snapshot").to_string();
+        assert!(error.starts_with("clay snapshot damaged: its head cannot be read: ") && error.lines().count() == 1, "{error}");
     }
 
     #[test]

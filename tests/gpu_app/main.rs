@@ -36,7 +36,7 @@ fn cube() -> Snapshot {
     let corner = domain.to_grid(DVec3::new(2.0, 8.0, 2.0) * DX);
     let at = |i: i32| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)) * 0.5 + 0.25;
     let particle = |i: i32| Particle::at(corner + at(i), (DX.powi(3) / 8.0) as f32, i.cast_unsigned());
-    Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: (0..512).map(particle).collect() }
+    Snapshot::new(domain, Preset::SoftClay.material(), (0..512).map(particle).collect())
 }
 
 /// Bevy's plugins without a window.
@@ -246,7 +246,7 @@ fn ball(radius: f64) -> Snapshot {
     let at = |i: i32| DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) * 0.5 + 0.25 - radius.ceil();
     let inside = (0..n * n * n).map(at).filter(|at| at.length() < radius);
     let particles = inside.zip(0..).map(|(at, id)| Particle::at(middle + at, (DX.powi(3) / 8.0) as f32, id)).collect();
-    Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles }
+    Snapshot::new(domain, Preset::SoftClay.material(), particles)
 }
 
 /// Triangles that the processor makes of the clay as it stands, of the surface and with its balls.

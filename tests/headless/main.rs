@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod input;
+mod replay;
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
@@ -172,7 +173,16 @@ fn help_and_version_are_told() {
     assert_eq!((version.code, version.out.trim()), (Some(0), concat!("headless ", env!("CARGO_PKG_VERSION"))));
     for argument in ["--help", "-h"] {
         let help = said(argument);
-        let parts = ["summary.json", "metrics.csv", "millimetres", "Exit codes:", "\n  2  ", "\n  130  "];
+        let parts = [
+            "--record <FILE>",
+            "--replay <FILE>",
+            "summary.json",
+            "metrics.csv",
+            "millimetres",
+            "Exit codes:",
+            "\n  2  ",
+            "\n  130  ",
+        ];
         assert!(help.code == Some(0) && parts.iter().all(|part| help.out.contains(part)), "{help:?}");
     }
 }

@@ -190,7 +190,7 @@ fn particles_are_written_in_order_with_their_fields() {
     particle.velocity = [1.0, 2.0, 3.0];
     particle.tags[0] = Tag { sheet: 1, side: -1 };
     let particles = vec![particle; 3];
-    let snapshot = Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles };
+    let snapshot = Snapshot::new(domain, Preset::SoftClay.material(), particles);
     let dir = directory();
     let path = dir.path().join("particles.ply");
     write_particles(&path, &snapshot).expect("written");

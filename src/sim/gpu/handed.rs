@@ -5,7 +5,7 @@ use super::super::engine::{Deferred, StatePromise};
 use super::super::frame::SurfaceSource;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
-use super::super::snapshot::{Particle, Snapshot};
+use super::super::snapshot::{Forecast, Particle, Snapshot};
 use super::readback::Readback;
 use super::report::surface_particle;
 use std::sync::Arc;
@@ -18,6 +18,8 @@ pub(super) struct Ended {
     pub time: f64,
     /// How many frames had been reported by then.
     pub frame: usize,
+    /// What the next two frames count on.
+    pub forecasts: [Forecast; 2],
     pub held: Held,
 }
 
@@ -34,7 +36,7 @@ impl Ended {
             Held::Loaded(particles) => particles.clone(),
             Held::Device(readback) => readback.records(),
         };
-        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
+        Snapshot { domain: self.domain, material: self.material, time: self.time, forecasts: Some(self.forecasts), particles }
     }
 
     fn surface(&self) -> SurfaceSource {
@@ -93,6 +95,7 @@ pub(super) struct Copy {
     pub time: f64,
     pub frame: usize,
     pub readback: Readback,
+    pub forecasts: [Forecast; 2],
     pub is_submitted: bool,
     pub promises: Vec<StatePromise>,
 }

@@ -19,8 +19,8 @@ impl Solver {
         }
     }
 
-    /// Encodes a copy of the state for those who asked: that at the end of the first `ahead` of the frames under
-    /// way, which are encoded already. Returns whether anybody did.
+    /// Encodes a copy of the state for those who asked: that at the end of the first `ahead` of the frames
+    /// under way, which are encoded already. Returns whether anybody did.
     pub(super) fn encode_copy(&mut self, encoder: &mut wgpu::CommandEncoder, ahead: usize) -> bool {
         if self.requests.is_empty() {
             return false;
@@ -31,8 +31,17 @@ impl Solver {
         let before = ahead.checked_sub(1).and_then(|i| self.frames.get(i));
         let material = before.map_or(self.material, |frame| frame.plan.material);
         let promises = std::mem::take(&mut self.requests);
-        self.copies.push_back(Copy { material, time, frame: self.reported + ahead, readback, is_submitted: false, promises });
+        let (frame, forecasts) = (self.reported + ahead, self.next_forecasts());
+        self.copies.push_back(Copy { material, time, frame, forecasts, readback, is_submitted: false, promises });
         true
+    }
+
+    /// A frame has been reported: copies of the state at its end learn what is known by then.
+    pub(super) fn tell_copies(&mut self) {
+        let forecasts = self.next_forecasts();
+        for copy in self.copies.iter_mut().filter(|copy| copy.frame == self.reported) {
+            copy.forecasts = forecasts;
+        }
     }
 
     /// Maps the copies that were submitted.
@@ -58,8 +67,10 @@ impl Solver {
                 Progress::Pending => break,
                 Progress::Lost => return Err(lost()),
                 Progress::Done => {
-                    let Some(Copy { material, time, frame, readback, promises, .. }) = self.copies.pop_front() else { break };
-                    let ended = Ended { domain: self.domain, material, time, frame, held: Held::Device(readback) };
+                    let Some(Copy { material, time, frame, forecasts, readback, promises, .. }) = self.copies.pop_front() else {
+                        break;
+                    };
+                    let ended = Ended { domain: self.domain, material, time, frame, forecasts, held: Held::Device(readback) };
                     self.hand_out_state(Arc::new(ended), promises);
                 }
             }
@@ -85,7 +96,8 @@ impl Solver {
             return;
         }
         let (domain, material, time, frame) = (self.domain, self.material, self.time, self.reported);
-        let ended = Arc::new(Ended { domain, material, time, frame, held: Held::Device(readback) });
+        let ended = Ended { domain, material, time, frame, forecasts: self.next_forecasts(), held: Held::Device(readback) };
+        let ended = Arc::new(ended);
         if outputs.surface {
             let before = std::mem::replace(&mut self.handed.surface, ended.clone());
             self.spare = handed::spare(before).or_else(|| self.spare.take());

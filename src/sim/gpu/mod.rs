@@ -235,6 +235,10 @@ impl Engine for GpuEngine {
         format!("GPU engine on {}", self.link.shared.device.describe())
     }
 
+    fn identity(&self) -> String {
+        self.describe()
+    }
+
     fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError> {
         let (particles, quarantined) = admit(snapshot)?;
         let shared = &self.link.shared;

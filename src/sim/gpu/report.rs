@@ -4,11 +4,10 @@ use super::super::frame::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
 use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
-use super::super::snapshot::Particle;
+use super::super::snapshot::{Forecast, Particle};
 use super::super::sums::ParticleSums;
 use super::layout::{Status, Total, flag};
 use super::params::centre;
-use super::scales::Forecast;
 use glam::{DMat3, DVec3};
 
 /// Adds up the workgroups' partial sums of a frame with substeps of `dt` [s] over `count` particles of
@@ -72,9 +71,15 @@ pub(super) fn start_sums(domain: &Domain, particles: &[Particle]) -> ParticleSum
     s
 }
 
-/// What the first frames can count on: speeds from velocities, affine parts and a bound on the stress.
-pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Particle], mass_unit: f64) -> Forecast {
-    let (mut speed, mut reach, mut mass) = (0.0f64, 0.0f64, 0.0f64);
+/// Greatest mass of a particle, in mass units.
+pub(super) fn mass_max(particles: &[Particle], mass_unit: f64) -> f64 {
+    particles.iter().map(|p| f64::from(p.rest_volume) / mass_unit).fold(1e-6, f64::max)
+}
+
+/// What the first frames of clay that no engine has run can count on: speeds from velocities, affine parts
+/// and a bound on the stress.
+pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Particle], mass_max: f64) -> Forecast {
+    let (mut speed, mut reach) = (0.0f64, 0.0f64);
     let modulus = 2.0 * material.lame_mu() + 3.0 * material.lame_lambda();
     for p in particles {
         let v = p.velocity.iter().map(|v| f64::from(v.abs())).fold(0.0, f64::max);
@@ -84,15 +89,13 @@ pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Pa
         let push = modulus * e / (material.density * material.wave_speed(material.density));
         speed = speed.max(v);
         reach = reach.max(v + 4.5 * a * domain.cell_width + push);
-        mass = mass.max(f64::from(p.rest_volume) / mass_unit);
     }
     let mut counts = std::collections::HashMap::<[i32; 3], u32>::new();
     for p in particles {
         *counts.entry(p.cell).or_default() += 1;
     }
     let cell_count = counts.into_values().max().unwrap_or(1);
-    let mass_max = mass.max(1e-6);
-    Forecast { reach, speed, cell_count, node_mass: f64::from(cell_count) * mass_max, mass_max }
+    Forecast { reach, speed, cell_count, node_mass: f64::from(cell_count) * mass_max }
 }
 
 /// Counters of the status word.

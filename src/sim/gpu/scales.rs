@@ -3,6 +3,7 @@
 use super::super::frame::AVERAGING_INTERVAL;
 use super::super::frame::FramePlan;
 use super::super::params::Domain;
+use super::super::snapshot::Forecast;
 use super::layout::Status;
 
 /// Greatest sum of the weights of a node over particles that stand one to a cell: 0.5 + 0.75 + 0.5 along each
@@ -39,34 +40,19 @@ pub(super) struct Scales {
     pub node_mass_limit: f32,
 }
 
-/// What is known of the clay two frames before.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Forecast {
-    /// Greatest |v + A d| [m/s].
-    pub reach: f64,
-    /// Greatest node speed [m/s].
-    pub speed: f64,
-    /// Most particles in a cell.
-    pub cell_count: u32,
-    /// Greatest mass of a node, in mass units.
-    pub node_mass: f64,
-    /// Greatest mass of a particle, in mass units.
-    pub mass_max: f64,
-}
-
 /// Greatest speed of the plan's tools [cells per substep].
 fn tool_travel(plan: &FramePlan, domain: &Domain, dt: f64) -> f64 {
     plan.tools.iter().map(|t| t.speed_max() * dt / domain.cell_width).fold(0.0, f64::max)
 }
 
 impl Scales {
-    /// Scales for a frame of `plan` run with substeps of `dt` [s].
-    pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Forecast) -> Self {
+    /// Scales for a frame of `plan` run with substeps of `dt` [s], of particles up to `mass_max`.
+    pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Forecast, mass_max: f64) -> Self {
         let gained = plan.gravity.length() * plan.duration();
         let reach = (REACH_HEADROOM * forecast.reach + gained) * dt / domain.cell_width + 2.0 * tool_travel(plan, domain, dt);
         let count = (CELL_COUNT_HEADROOM * f64::from(forecast.cell_count)).ceil().max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-        Self::serving(reach, count as u32, NODE_MASS_HEADROOM * forecast.node_mass, forecast.mass_max)
+        Self::serving(reach, count as u32, NODE_MASS_HEADROOM * forecast.node_mass, mass_max)
     }
 
     /// The finest scales that serve particles up to `reach` [cells/substep], up to `cell_count` of them, each

@@ -6,7 +6,7 @@ use super::super::health::Health;
 use super::super::limits::REDO_MAX;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
-use super::super::snapshot::{Particle, Snapshot};
+use super::super::snapshot::{Forecast, Particle, Snapshot};
 use super::super::sums::{ParticleSums, judge};
 use super::buffers::{self, Buffers, NodeSize};
 use super::device::{GpuError, guarded};
@@ -17,7 +17,7 @@ use super::layout::{Status, flag};
 use super::params::{Params, ParamsInput};
 use super::readback::{Progress, Readback};
 use super::report::{start_sums, sums};
-use super::scales::{Forecast, Scales, interval};
+use super::scales::{Scales, interval};
 use super::stamps::Stamps;
 use super::wgsl::CLASSES;
 use std::collections::VecDeque;
@@ -74,8 +74,8 @@ impl Frame {
     }
 
     /// Chooses scales and re-bins for the present step.
-    fn fit(&mut self, domain: &Domain) {
-        self.scales = Scales::new(&self.plan, domain, self.dt(), &self.forecast);
+    fn fit(&mut self, domain: &Domain, mass_max: f64) {
+        self.scales = Scales::new(&self.plan, domain, self.dt(), &self.forecast, mass_max);
         self.interval = interval(&self.plan, domain, self.dt(), &self.forecast);
     }
 
@@ -104,6 +104,8 @@ pub(super) struct Solver {
     /// Classes of clay that may meet in one place: 1 until a particle can have a side.
     pub(super) classes: u32,
     pub(super) mass_unit: f64,
+    /// Greatest mass of a particle, in mass units.
+    pub(super) mass_max: f64,
     /// What is known at the ends of the frames before the next, by the parity of their number.
     pub(super) forecasts: [Forecast; 2],
     pub(super) reported: usize,
@@ -159,7 +161,9 @@ impl Solver {
         let surface: Vec<_> = particles.iter().map(|p| super::report::surface_particle(p, domain.cell_width)).collect();
         queue.write_buffer(&made.surface, 0, bytemuck::cast_slice(&surface));
         let mass_unit = mass_unit(&domain);
-        let forecast = super::report::forecast(&snapshot.material, &domain, &particles, mass_unit);
+        let mass_max = super::report::mass_max(&particles, mass_unit);
+        let forecasts =
+            snapshot.forecasts.unwrap_or_else(|| [super::report::forecast(&snapshot.material, &domain, &particles, mass_max); 2]);
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -172,7 +176,8 @@ impl Solver {
             clears_flags: true,
             classes,
             mass_unit,
-            forecasts: [forecast; 2],
+            mass_max,
+            forecasts,
             reported: 0,
             sums: start_sums(&domain, &particles),
             quarantined,
@@ -182,6 +187,7 @@ impl Solver {
                 material: snapshot.material,
                 time: snapshot.time,
                 frame: 0,
+                forecasts,
                 held: Held::Loaded(particles),
             }),
             material: snapshot.material,
@@ -247,7 +253,7 @@ impl Solver {
             promises: vec![],
             began: Instant::now(),
         };
-        frame.fit(&self.domain);
+        frame.fit(&self.domain, self.mass_max);
         self.frames.push_back(frame);
     }
 
@@ -406,9 +412,9 @@ impl Solver {
             speed: f64::from(status.speed) * unit,
             cell_count: status.cell_count,
             node_mass: f64::from(status.node_mass) / f64::from(frame.scales.mass),
-            mass_max: self.forecasts[0].mass_max,
         };
         self.reported += 1;
+        self.tell_copies();
         self.source = 1 - self.source;
         self.sums = sums;
         self.material = frame.plan.material;
@@ -437,7 +443,7 @@ impl Solver {
                 frame.interval /= 2;
             }
             if has(flag::OVERFLOW) {
-                frame.scales = frame.scales.relaxed(status, self.forecasts[0].mass_max);
+                frame.scales = frame.scales.relaxed(status, self.mass_max);
             }
             let mut size = self.buffers.size;
             if has(flag::CAPACITY) {
@@ -455,11 +461,16 @@ impl Solver {
         frame.health.insert(super::report::trouble(status.flags));
         if frame.redone < REDO_MAX {
             frame.redone += 1;
-            frame.fit(&self.domain);
+            frame.fit(&self.domain, self.mass_max);
             return Ok(None);
         }
         self.failures += 1;
         Ok(self.give_up())
+    }
+
+    /// What is known to the next frame and to the one after it.
+    pub(super) fn next_forecasts(&self) -> [Forecast; 2] {
+        [0, 1].map(|after| self.forecasts[(self.reported + after) % 2])
     }
 
     /// Whether the first frame was planned for a state that never came.
@@ -482,6 +493,7 @@ impl Solver {
         report.timings.total = frame.began.elapsed().as_secs_f64();
         self.forecasts[self.reported % 2] = self.forecasts[(self.reported + 1) % 2];
         self.reported += 1;
+        self.tell_copies();
         Some(report)
     }
 }

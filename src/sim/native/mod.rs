@@ -109,6 +109,11 @@ impl NativeEngine {
     }
 }
 
+/// What the processor's lanes round like.
+fn kind() -> &'static str {
+    if kernel::has_fma() { "AVX2 + FMA" } else { "8 lanes" }
+}
+
 /// What the surface needs of a particle.
 #[expect(clippy::cast_possible_truncation, reason = "the surface is f32")]
 fn surface_particle((hot, cold): (&state::Hot, &state::Cold)) -> SurfaceParticle {
@@ -125,8 +130,13 @@ fn surface_particle((hot, cold): (&state::Hot, &state::Cold)) -> SurfaceParticle
 impl Engine for NativeEngine {
     fn describe(&self) -> String {
         let threads = if self.threads == 0 { rayon::current_num_threads() } else { self.threads };
-        let kind = if kernel::has_fma() { "AVX2 + FMA" } else { "8 lanes" };
-        format!("native CPU engine, {threads} threads, {kind}")
+        format!("native CPU engine, {threads} threads, {}", kind())
+    }
+
+    /// Without the number of threads; with what comes with a mathematical library of its own.
+    fn identity(&self) -> String {
+        use std::env::consts::{ARCH, OS};
+        format!("native CPU engine, {}, {ARCH}, {OS}", kind())
     }
 
     fn load(&mut self, snapshot: &Snapshot) -> Result<(), EngineError> {
@@ -202,7 +212,7 @@ impl Engine for NativeEngine {
         let (state, domain) = (loaded.latest.clone(), loaded.domain);
         Ok(Box::new(move || {
             let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
-            Snapshot { domain, material: state.material, time: state.time, particles }
+            Snapshot { time: state.time, ..Snapshot::new(domain, state.material, particles) }
         }))
     }
 

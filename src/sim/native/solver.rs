@@ -222,11 +222,12 @@ impl Solver {
         Ok(tally)
     }
 
-    /// First half of a substep from the stored velocities: averaging of volumes, if `share` is not 0, tags
-    /// and scatter.
+    /// First half of a substep from the stored velocities: a sort, averaging of volumes, if `share` is not 0,
+    /// tags and scatter. Sums run in the order of the sort: a frame that begins with one has the same bits
+    /// whether its clay was loaded or was there.
     fn begin(&mut self, s: &ParticleStep<'_>, share: f64, tally: &mut Tally) {
+        self.sort(tally);
         if share > 0.0 {
-            self.sort(tally);
             averaging::average_volumes(s, &mut self.state, share);
         }
         // The methods that keep no cuts clear what is left of any.

@@ -122,6 +122,6 @@ impl Oracle {
     /// The state, rounded to f32 as engines store it; frozen particles come last.
     pub fn snapshot(&self) -> Snapshot {
         let particles = self.particles.iter().map(Particle::to_snapshot).chain(self.frozen.iter().copied()).collect();
-        Snapshot { domain: self.domain, material: self.material, time: self.time, particles }
+        Snapshot { time: self.time, ..Snapshot::new(self.domain, self.material, particles) }
     }
 }

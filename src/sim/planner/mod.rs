@@ -12,7 +12,7 @@
 //! use bevy_clay::sim::prelude::*;
 //! # let domain = Domain::new(glam::DVec3::ZERO, glam::DVec3::splat(0.1), 0.005, Walls::default()).expect("a room");
 //! # let place = domain.to_grid(glam::DVec3::splat(0.05));
-//! # let clay = Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: vec![Particle::at(place, 1e-8, 0)] };
+//! # let clay = Snapshot::new(domain, Preset::SoftClay.material(), vec![Particle::at(place, 1e-8, 0)]);
 //! let mut engine = NativeEngine::new();
 //! engine.load(&clay).expect("sound clay");
 //! let mut planner = Planner::new(&clay);
@@ -45,6 +45,7 @@ use super::material::ClayMaterial;
 use super::snapshot::Snapshot;
 use super::tool::{Pose, ToolPath};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use trail::{Piece, Trails};
 
 /// The longest frame that is planned of a clock [s]: what a clock is ahead by more is given up, so that a
@@ -100,12 +101,11 @@ impl Default for Policy {
     }
 }
 
-/// What is planned for one engine's clay, and from what.
-#[derive(Clone, Debug, Default)]
-pub struct Planner {
-    /// How frames are planned.
-    pub policy: Policy,
-    cell_width: f64,
+/// What the plans of frames whose tools' ways are known ([`Planner::frame`]) come from, beside the clay and
+/// the policy: data, to be kept with a snapshot. A run that is restarted with both ([`Planner::resume`]) has
+/// the same plans as one that went on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannerState {
     /// Greatest speed [m/s] at the end of frames n and n - 1, by the parity of their ids.
     speeds: [f64; 2],
     /// Whether a tool engaged supported clay in these frames.
@@ -113,13 +113,22 @@ pub struct Planner {
     /// Length of the frame before the next [s].
     last_duration: f64,
     next_id: u64,
+    sheets: Sheets,
+}
+
+/// What is planned for one engine's clay, and from what.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    /// How frames are planned.
+    pub policy: Policy,
+    cell_width: f64,
+    state: PlannerState,
     under_way: usize,
     owed: f64,
     /// Wall time per simulated time, of the last frame; none until one has ended.
     cost: Option<f64>,
     given_up: f64,
     trails: Trails,
-    sheets: Sheets,
     /// What the plan that was handed out last sweeps, until it is sent.
     drafted: Option<Piece>,
 }
@@ -128,7 +137,17 @@ impl Planner {
     /// For clay as it stands in `snapshot`.
     pub fn new(snapshot: &Snapshot) -> Self {
         let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
-        Self { cell_width: snapshot.domain.cell_width, speeds: [speed; 2], sheets: Sheets::new(snapshot), ..Self::default() }
+        Self::resume(snapshot, PlannerState { speeds: [speed; 2], sheets: Sheets::new(snapshot), ..PlannerState::default() })
+    }
+
+    /// For the clay of `snapshot`, saved where no frame was under way, to go on where the planner stood then.
+    pub fn resume(snapshot: &Snapshot, state: PlannerState) -> Self {
+        Self { cell_width: snapshot.domain.cell_width, state, ..Self::default() }
+    }
+
+    /// What the next plans come from: to be kept where no frame is under way.
+    pub fn state(&self) -> &PlannerState {
+        &self.state
     }
 
     /// Cell width [m].
@@ -154,8 +173,8 @@ impl Planner {
 
     /// Goes on where `old`, the planner of the same clay on another engine, stands.
     pub fn take_over(&mut self, old: Self) {
-        *self =
-            Self { cell_width: self.cell_width, speeds: self.speeds, engaged: [false; 2], under_way: 0, drafted: None, ..old };
+        let state = PlannerState { speeds: self.state.speeds, engaged: [false; 2], ..old.state };
+        *self = Self { cell_width: self.cell_width, state, under_way: 0, drafted: None, ..old };
         // What was under way there is lost.
         self.trails.lose_all();
     }
@@ -192,7 +211,7 @@ impl Planner {
         let owed = std::mem::take(&mut self.owed);
         let piece = self.trails.piece(owed, self.policy.backlog);
         self.owed = (owed - piece.duration).max(0.0);
-        piece.put_down.iter().for_each(|id| self.sheets.lift(*id));
+        piece.put_down.iter().for_each(|id| self.state.sheets.lift(*id));
         let plan = self.draft(material, piece.duration, &piece.paths);
         self.drafted = Some(piece);
         Decision::Run(plan)
@@ -210,15 +229,15 @@ impl Planner {
     /// A plan from the report of the frame two before.
     fn draft(&mut self, material: &ClayMaterial, duration: f64, paths: &[ToolPath]) -> FramePlan {
         let Policy { gravity, inertia, time_step, outputs, .. } = self.policy;
-        let slot = parity(self.next_id);
-        let inertia = if self.engaged[slot] { inertia } else { InertiaScaling::Off };
+        let slot = parity(self.state.next_id);
+        let inertia = if self.state.engaged[slot] { inertia } else { InertiaScaling::Off };
         // The frame between that report and this plan adds what gravity does in it.
-        let speed = self.speeds[slot] + gravity.length() * self.last_duration;
+        let speed = self.state.speeds[slot] + gravity.length() * self.state.last_duration;
         let limits = StepLimits { speed, inertia, gravity, time_step, ..StepLimits::default() };
         let mut plan = limits.frame(material, self.cell_width, duration, paths);
-        (plan.id, plan.outputs) = (self.next_id, outputs);
-        self.sheets.deal(&mut plan);
-        self.last_duration = duration;
+        (plan.id, plan.outputs) = (self.state.next_id, outputs);
+        self.state.sheets.deal(&mut plan);
+        self.state.last_duration = duration;
         plan
     }
 
@@ -227,7 +246,7 @@ impl Planner {
         if let Some(piece) = self.drafted.take() {
             self.trails.send(piece);
         }
-        self.next_id += 1;
+        self.state.next_id += 1;
         self.under_way += 1;
     }
 
@@ -239,9 +258,9 @@ impl Planner {
         let is_given_up = report.health.contains(Health::GIVEN_UP);
         let speed = report.speed(self.cell_width);
         // A frame given up says nothing of the speed; the clay stands as before it.
-        self.speeds[slot] = if is_given_up { self.speeds[slot].max(speed) } else { speed };
-        self.engaged[slot] = report.is_engaged();
-        self.sheets.note(report);
+        self.state.speeds[slot] = if is_given_up { self.state.speeds[slot].max(speed) } else { speed };
+        self.state.engaged[slot] = report.is_engaged();
+        self.state.sheets.note(report);
         if report.duration() > 0.0 && report.timings.total > 0.0 {
             self.cost = Some(report.timings.total / report.duration());
         }

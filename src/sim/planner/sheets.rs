@@ -9,6 +9,7 @@ use super::super::health::Health;
 use super::super::snapshot::Snapshot;
 use super::super::tool::{ToolPath, ToolShape};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// How far a wire goes without parting anything before it counts as out of the clay [cells]. It touches
@@ -20,7 +21,7 @@ const WIRE_REACH: f64 = 2.0;
 /// [`Self::deal`] and every report to [`Self::note`]. The plan of frame n depends on the reports up to that
 /// of frame n - 2, however early others come. [`Self::new`] knows the clay's cells; by default they have no
 /// width, and a wire that moves without parting anything is out of the clay.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sheets {
     /// Cell width [m].
     cell_width: f64,
@@ -35,7 +36,7 @@ pub struct Sheets {
 }
 
 /// The sheet of one visit of a blade.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct BladeSheet {
     id: u32,
     sheet: u8,
@@ -54,7 +55,7 @@ struct BladeSheet {
 }
 
 /// What a report says of cuts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Noted {
     plan_id: u64,
     used: SheetSet,

@@ -16,7 +16,7 @@ const BALL: Tool = Tool { shape: ToolShape::Sphere { radius: 0.008 }, contact: C
 
 fn planner() -> Planner {
     let domain = Domain::new(DVec3::ZERO, DVec3::ONE, 0.01, Walls::default()).expect("a room");
-    Planner::new(&Snapshot { domain, material: Preset::SoftClay.material(), time: 0.0, particles: vec![] })
+    Planner::new(&Snapshot::new(domain, Preset::SoftClay.material(), vec![]))
 }
 
 fn at(x: f64) -> Pose {

@@ -79,7 +79,7 @@ pub fn block(size: IVec3, drop: f64, walls: Walls, material: ClayMaterial) -> Sn
             }
         }
     }
-    Snapshot { domain, material, time: 0.0, particles }
+    Snapshot::new(domain, material, particles)
 }
 
 /// A plan of `steps` substeps, each of `dt_fraction` of the stability limit.

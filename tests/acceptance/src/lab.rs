@@ -153,7 +153,7 @@ pub fn velocity(particle: &Particle) -> DVec3 {
 
 /// Elastic clay or other, at rest at time 0.
 pub fn snapshot(domain: Domain, material: ClayMaterial, particles: Vec<Particle>) -> Snapshot {
-    Snapshot { domain, material, time: 0.0, particles }
+    Snapshot::new(domain, material, particles)
 }
 
 /// A tool on a straight way, seen frame by frame.

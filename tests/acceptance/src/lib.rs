@@ -7,6 +7,7 @@
 //! | [`cases`] | the cases: each makes rows |
 //! | [`report`] | rows, and the known misses they are judged against |
 //! | [`agreement`] | an engine against the oracle, particle by particle |
+//! | [`restart`] | runs stopped and replayed, against those that went on |
 //! | [`data`] | results on record, docs/data/*.json |
 //! | [`plot`] | pictures of figures, as SVG and PNG |
 //! | [`section`] | the parts of docs/EVIDENCE.md that programs write |
@@ -22,4 +23,5 @@ pub mod lab;
 pub mod machine;
 pub mod plot;
 pub mod report;
+pub mod restart;
 pub mod section;

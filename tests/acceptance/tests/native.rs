@@ -5,6 +5,7 @@ use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::{blade, contact, elastic, input, law, methods, motion, published, robust, stability, storage};
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
+use clay_acceptance::{agreement, restart};
 use glam::{DQuat, DVec3, IVec3};
 
 /// Fails with every row that is beyond its limit.
@@ -136,6 +137,28 @@ fn nothing_changes_sides_at_rest() {
 #[test]
 fn one_and_two_threads_give_the_same_bits() {
     assert_within_limits(&robust::determinism(Size::Test));
+}
+
+/// An engine on one or two cores, in turns.
+fn engines() -> impl FnMut() -> Box<dyn Engine> {
+    let mut threads = [2, 1].into_iter().cycle();
+    move || Box::new(NativeEngine::with_threads(threads.next().unwrap_or_default()))
+}
+
+#[test]
+fn restarted_scene_has_the_same_bits() {
+    restart::assert_scene_restarts(engines());
+}
+
+#[test]
+fn restarted_plans_have_the_same_bits() {
+    let case = agreement::mixed();
+    restart::assert_plans_restart(engines(), &case.snapshot, &vec![case.plan; 4], &[1, 2, 3]);
+}
+
+#[test]
+fn replayed_scene_has_the_same_bits() {
+    restart::assert_replays(engines());
 }
 
 #[test]

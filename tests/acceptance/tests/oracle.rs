@@ -20,7 +20,7 @@ fn elastic(poisson_ratio: f64) -> ClayMaterial {
 /// A room of `cells` with its low corner at the world's origin and no clay in it.
 fn empty(cells: [f64; 3], walls: Walls, material: ClayMaterial) -> Oracle {
     let domain = Domain::new(DVec3::ZERO, DVec3::from_array(cells) * CELL_WIDTH, CELL_WIDTH, walls).expect("domain");
-    Oracle::new(&Snapshot { domain, material, time: 0.0, particles: Vec::new() })
+    Oracle::new(&Snapshot::new(domain, material, Vec::new()))
 }
 
 fn all(wall: Wall) -> Walls {

@@ -61,7 +61,7 @@ impl Collapse {
             Particle::at(low + (at + 0.5) / 2.0, volume, i.cast_unsigned())
         };
         let particles = (0..n * n * 8).map(particle).collect();
-        let mut lab = Lab::with_threads(&Snapshot { domain, material, time: 0.0, particles }, dt, threads);
+        let mut lab = Lab::with_threads(&Snapshot::new(domain, material, particles), dt, threads);
         lab.plan.gravity = DVec3::NEG_Y * GRAVITY;
         let (shape, contact, above, rotation) = match touch {
             Touch::Strip => {

@@ -30,7 +30,7 @@ pub(crate) fn frames_hand_out_what_was_asked_for(engine: &mut GpuEngine) -> Resu
     let count = case.snapshot.particles.len() as u64;
     engine.load(&case.snapshot).map_err(|e| e.to_string())?;
     let nothing = run(engine, &case, FrameOutputs::NOTHING)?.bytes_read_back;
-    assert!(state(engine)? == case.snapshot, "a state that nobody asked for");
+    assert!(state(engine)?.particles == case.snapshot.particles, "a state that nobody asked for");
     assert!(engine.surface().is_some_and(|s| s.particles.len() as u64 == count));
     let surface = run(engine, &case, FrameOutputs { surface: true, state: false })?.bytes_read_back;
     let all = run(engine, &case, FrameOutputs::ALL)?.bytes_read_back;
@@ -52,7 +52,7 @@ pub(crate) fn state_is_there_for_the_asking(engine: &mut GpuEngine) -> Result<()
     let mut case = case();
     case.plan.outputs = FrameOutputs::NOTHING;
     engine.load(&case.snapshot).map_err(|e| e.to_string())?;
-    assert!(engine.save().map_err(|e| e.to_string())? == case.snapshot, "as loaded");
+    assert!(engine.save().map_err(|e| e.to_string())?.particles == case.snapshot.particles, "as loaded");
     let mut asked = vec![];
     for frame in 0..6 {
         engine.submit(case.plan.clone()).map_err(|e| e.to_string())?;

@@ -10,6 +10,7 @@ mod scene;
 
 use bevy_clay::prelude::*;
 use clay_acceptance::agreement::{self, Agreement, assert_close};
+use clay_acceptance::restart;
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::LazyLock;
 
@@ -42,6 +43,28 @@ fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
         let one = agreement::run(engine, &case, 3);
         assert!(one == agreement::run(engine, &case, 3), "two runs");
     }
+    Ok(())
+}
+
+/// Engines of the same shaders.
+fn siblings(engine: &GpuEngine) -> impl FnMut() -> Box<dyn Engine> {
+    || Box::new(engine.sibling())
+}
+
+fn restarted_scene_has_the_same_bits(engine: &mut GpuEngine) -> Result<(), Failed> {
+    restart::assert_scene_restarts(siblings(engine));
+    Ok(())
+}
+
+fn restarted_plans_have_the_same_bits(engine: &mut GpuEngine) -> Result<(), Failed> {
+    for case in std::iter::once(agreement::mixed()).chain(agreement::recut().into_iter().map(|a| a.case)) {
+        restart::assert_plans_restart(siblings(engine), &case.snapshot, &vec![case.plan; 3], &[2]);
+    }
+    Ok(())
+}
+
+fn replayed_scene_has_the_same_bits(engine: &mut GpuEngine) -> Result<(), Failed> {
+    restart::assert_replays(siblings(engine));
     Ok(())
 }
 
@@ -103,6 +126,9 @@ fn main() {
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
         with_engine("frames_hand_out_what_was_asked_for", handout::frames_hand_out_what_was_asked_for),
         with_engine("state_is_there_for_the_asking", handout::state_is_there_for_the_asking),
+        with_engine("restarted_scene_has_the_same_bits", restarted_scene_has_the_same_bits),
+        with_engine("restarted_plans_have_the_same_bits", restarted_plans_have_the_same_bits),
+        with_engine("replayed_scene_has_the_same_bits", replayed_scene_has_the_same_bits),
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),
         with_engine("frame_behind_a_given_up_one_does_not_run", robust::frame_behind_a_given_up_one_does_not_run),

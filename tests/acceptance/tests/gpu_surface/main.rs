@@ -237,7 +237,7 @@ fn engine_particles_are_taken_in_place(device: &Device) -> Result<(), Failed> {
     let particles = (0..512).map(|i| Particle::at(low + at(i), volume, i)).collect();
     let material = Preset::SoftClay.material();
     let mut engine = GpuEngine::new(device.gpu())?;
-    engine.load(&Snapshot { domain, material, time: 0.0, particles })?;
+    engine.load(&Snapshot::new(domain, material, particles))?;
     let settings = SurfaceSettings::default();
     for frame in 0..2u64 {
         if frame > 0 {

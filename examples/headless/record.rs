@@ -1,0 +1,65 @@
+//! The run on file, for `--replay`. A recording that cannot be written any more is a fault, and the run goes
+//! on.
+
+use crate::args::Args;
+use bevy_clay::prelude::*;
+use bevy_clay::scene::recording::Event;
+
+/// The recording of a run, if there is to be one.
+#[derive(Default)]
+pub(crate) struct Record {
+    recorder: Option<Recorder>,
+    /// Whether a tool was there in the last frame.
+    is_in_stroke: bool,
+    /// Why it could not be written.
+    fault: Option<String>,
+}
+
+impl Record {
+    /// Begins where `--record` says, with the clay that `engine` has loaded.
+    ///
+    /// # Errors
+    /// One line that names the file that cannot be written.
+    pub(crate) fn begin(args: &Args, engine: &NativeEngine, clay: &Snapshot) -> Result<Self, String> {
+        let Some(path) = &args.record else { return Ok(Self::default()) };
+        let recorder = Recorder::create(path, engine).map_err(|e| e.to_string())?;
+        let mut record = Self { recorder: Some(recorder), ..Self::default() };
+        record.write(Event::Load(clay.clone()));
+        record.fault.take().map_or(Ok(record), Err)
+    }
+
+    /// A plan is about to be submitted. A stroke is what tools do from where one appears to where none is
+    /// left.
+    pub(crate) fn plan(&mut self, plan: &FramePlan) {
+        let is_in_stroke = !plan.tools.is_empty();
+        match (std::mem::replace(&mut self.is_in_stroke, is_in_stroke), is_in_stroke) {
+            (false, true) => self.write(Event::StrokeBegan),
+            (true, false) => self.write(Event::StrokeEnded),
+            (false, false) | (true, true) => {}
+        }
+        self.write(Event::Plan(plan.clone()));
+    }
+
+    /// A report has been handed out.
+    pub(crate) fn report(&mut self, report: &FrameReport) {
+        self.write(Event::Report(report.plan_id));
+    }
+
+    /// The run is over and left this clay; says what was wrong with the recording.
+    pub(crate) fn end(&mut self, clay: &Snapshot) -> Option<String> {
+        if std::mem::take(&mut self.is_in_stroke) {
+            self.write(Event::StrokeEnded);
+        }
+        self.write(Event::Ended(clay.checksum()));
+        self.recorder = None;
+        self.fault.take()
+    }
+
+    fn write(&mut self, event: Event) {
+        let Some(recorder) = &mut self.recorder else { return };
+        if let Err(error) = recorder.write(event) {
+            self.fault = Some(format!("the recording ends early: {error}"));
+            self.recorder = None;
+        }
+    }
+}
