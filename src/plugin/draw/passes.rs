@@ -2,7 +2,7 @@
 //! they say back.
 
 use super::super::bridge::SharedDevice;
-use super::{Drawn, Job, JobSource};
+use super::drawn::{Drawn, Job, JobSource};
 use crate::sim::frame::SurfaceParticle;
 use crate::sim::gpu::{GpuError, guarded};
 use crate::sim::params::Domain;
