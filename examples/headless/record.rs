@@ -24,7 +24,7 @@ impl Record {
         let Some(path) = &args.record else { return Ok(Self::default()) };
         let recorder = Recorder::create(path, engine).map_err(|e| e.to_string())?;
         let mut record = Self { recorder: Some(recorder), ..Self::default() };
-        record.write(Event::Load(clay.clone()));
+        record.write(&Event::Load(clay.clone()));
         record.fault.take().map_or(Ok(record), Err)
     }
 
@@ -33,29 +33,29 @@ impl Record {
     pub(crate) fn plan(&mut self, plan: &FramePlan) {
         let is_in_stroke = !plan.tools.is_empty();
         match (std::mem::replace(&mut self.is_in_stroke, is_in_stroke), is_in_stroke) {
-            (false, true) => self.write(Event::StrokeBegan),
-            (true, false) => self.write(Event::StrokeEnded),
+            (false, true) => self.write(&Event::StrokeBegan),
+            (true, false) => self.write(&Event::StrokeEnded),
             (false, false) | (true, true) => {}
         }
-        self.write(Event::Plan(plan.clone()));
+        self.write(&Event::Plan(plan.clone()));
     }
 
     /// A report has been handed out.
     pub(crate) fn report(&mut self, report: &FrameReport) {
-        self.write(Event::Report(report.plan_id));
+        self.write(&Event::Report(report.plan_id));
     }
 
     /// The run is over and left this clay; says what was wrong with the recording.
     pub(crate) fn end(&mut self, clay: &Snapshot) -> Option<String> {
         if std::mem::take(&mut self.is_in_stroke) {
-            self.write(Event::StrokeEnded);
+            self.write(&Event::StrokeEnded);
         }
-        self.write(Event::Ended(clay.checksum()));
+        self.write(&Event::Ended(clay.checksum()));
         self.recorder = None;
         self.fault.take()
     }
 
-    fn write(&mut self, event: Event) {
+    fn write(&mut self, event: &Event) {
         let Some(recorder) = &mut self.recorder else { return };
         if let Err(error) = recorder.write(event) {
             self.fault = Some(format!("the recording ends early: {error}"));

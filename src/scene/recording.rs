@@ -18,12 +18,12 @@
 //! let mut engine = NativeEngine::new();
 //! let mut recorder = Recorder::create(&file, &engine)?;
 //! engine.load(&clay)?;
-//! recorder.write(Event::Load(clay.clone()))?;
+//! recorder.write(&Event::Load(clay.clone()))?;
 //! let plan = StepLimits::default().plan(&clay, 0.01, &[]);
-//! recorder.write(Event::Plan(plan.clone()))?;
+//! recorder.write(&Event::Plan(plan.clone()))?;
 //! engine.submit(plan)?;
-//! recorder.write(Event::Report(engine.wait()?.plan_id))?;
-//! recorder.write(Event::Ended(engine.save()?.checksum()))?;
+//! recorder.write(&Event::Report(engine.wait()?.plan_id))?;
+//! recorder.write(&Event::Ended(engine.save()?.checksum()))?;
 //!
 //! for event in Recording::open(&file)? {
 //!     event?.apply(&mut engine)?;
@@ -64,7 +64,6 @@ impl Origin {
 
 /// What happened in a run, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "reference", expect(clippy::large_enum_variant, reason = "one at a time"))]
 pub enum Event {
     /// This clay was loaded.
     Load(Snapshot),
@@ -165,12 +164,12 @@ impl Recorder {
     ///
     /// # Errors
     /// What the system says against it.
-    pub fn write(&mut self, event: Event) -> Result<(), RecordingError> {
-        let body = match &event {
+    pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        let body = match event {
             Event::Load(clay) => bytemuck::cast_slice(&clay.particles),
             Event::Plan(_) | Event::Report(_) | Event::StrokeBegan | Event::StrokeEnded | Event::Ended(_) => &[],
         };
-        let written = packet::write(&mut self.out, &event, body).and_then(|()| self.out.flush());
+        let written = packet::write(&mut self.out, event, body).and_then(|()| self.out.flush());
         written.map_err(|error| RecordingError::Io { file: self.file.clone(), error })
     }
 }

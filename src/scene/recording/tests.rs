@@ -21,7 +21,7 @@ fn clay() -> Snapshot {
 fn through_file(events: &[Event]) -> Vec<Event> {
     let (_folder, file) = place();
     let mut recorder = Recorder::create(&file, &NativeEngine::new()).expect("a file");
-    events.iter().for_each(|event| recorder.write(event.clone()).expect("written"));
+    events.iter().for_each(|event| recorder.write(event).expect("written"));
     Recording::open(&file).expect("a recording").map(|event| event.expect("an event")).collect()
 }
 
@@ -98,7 +98,7 @@ fn file_of_events() -> (Vec<u8>, Vec<usize>) {
     let length = || std::fs::metadata(&file).expect("a file").len() as usize;
     let mut ends = vec![length()];
     for event in events() {
-        recorder.write(event).expect("written");
+        recorder.write(&event).expect("written");
         ends.push(length());
     }
     (std::fs::read(&file).expect("bytes"), ends)
@@ -159,7 +159,7 @@ fn misplaced_events_are_named() {
     ];
     for (events, part) in cases {
         let mut recorder = Recorder::create(&file, &NativeEngine::new()).expect("a file");
-        events.into_iter().for_each(|event| recorder.write(event).expect("written"));
+        events.into_iter().for_each(|event| recorder.write(&event).expect("written"));
         let error = Recording::open(&file).expect("a recording").find_map(Result::err).expect("an error").to_string();
         assert!(error.contains(part), "{error}");
     }

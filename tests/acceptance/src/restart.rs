@@ -136,7 +136,7 @@ pub fn assert_replays(mut engine: impl FnMut() -> Box<dyn Engine>) {
     let built = scene();
     let mut first = engine();
     let mut recorder = Recorder::create(&file, &*first).expect("a file");
-    let mut write = |event| recorder.write(event).expect("written");
+    let mut write = |event| recorder.write(&event).expect("written");
     first.load(&built.snapshot).expect("the clay loads");
     write(Event::Load(built.snapshot.clone()));
     for (index, (_, plan)) in run_scene(&mut *first, &built, built.planner(), 0).into_iter().enumerate() {
