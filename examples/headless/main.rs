@@ -4,18 +4,18 @@
 //! What it writes into DIR, what its exit codes mean and in which units it writes: `--help`, which is
 //! [`args::AFTER_HELP`]. From the command line to the files:
 //!
-//! | file         | takes                        | makes                                                          |
-//! |--------------|------------------------------|----------------------------------------------------------------|
-//! | `args`       | command line                 | scene file, folder, frames, pictures                           |
-//! | `places`     | scene, folder                | the files of this run, each known to be writable               |
-//! | `run`        | built scene                  | engine at the run's end, why it ended                          |
-//! | `record`     | plans, reports               | a recording (`--record`)                                       |
-//! | `replay`     | a recording (`--replay`)     | the run again, without scene and files                         |
-//! | `tally`      | frame reports                | `metrics.csv`, sums and extremes, checks                       |
-//! | `write`      | all of these                 | the files, the summary, faults                                 |
-//! | `pictures`   | surfaces of some frames      | PNG files; in a build without Bevy `no_pictures`               |
-//! | `say`        | lines                        | standard output and standard error, which may be closed        |
-//! | `interrupt`  | Ctrl+C                       | a question that the frame loop asks                            |
+//! | file        | takes                    | makes                                                   |
+//! |-------------|--------------------------|---------------------------------------------------------|
+//! | `args`      | command line             | scene file, folder, frames, pictures                    |
+//! | `places`    | scene, folder            | the files of this run, each known to be writable        |
+//! | `run`       | built scene              | engine at the run's end, why it ended                   |
+//! | `record`    | plans, reports           | a recording (`--record`)                                |
+//! | `replay`    | a recording (`--replay`) | the run again, without scene and files                  |
+//! | `tally`     | frame reports            | `metrics.csv`, sums and extremes, checks                |
+//! | `write`     | all of these             | the files, the summary, faults                          |
+//! | `pictures`  | surfaces of some frames  | PNG files; in a build without Bevy `no_pictures`        |
+//! | `say`       | lines                    | standard output and standard error, which may be closed |
+//! | `interrupt` | Ctrl+C                   | a question that the frame loop asks                     |
 
 mod args;
 mod interrupt;
