@@ -117,7 +117,7 @@ in_window() {
 run_windows() {
     local status lines bad examples=$CARGO_TARGET_DIR/debug/examples
     cargo build --quiet -p bevy_clay --example minimal --example sculpt --example headless --example gallery
-    in_window "$examples/minimal" --frames 3000
+    in_window "$examples/minimal" --frames 60
     in_window "$examples/sculpt" --script --frames 3000 --screenshot "$results/sculpt.png"
     for bad in "--frames 0" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
         status=0

@@ -57,6 +57,7 @@ impl_reflect!(
     enum Backlog {
         WorkOff,
         Drop,
+        Hurry,
     }
 );
 

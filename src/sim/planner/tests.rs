@@ -168,6 +168,15 @@ fn dropped_backlog_cuts_corners() {
     assert!(planner.lag() <= LAG_MAX + 0.02, "{}", planner.lag());
 }
 
+/// A tool in a hurry is where the hand is at the end of each frame, and has been wherever it was.
+#[test]
+fn hurried_tools_stay_with_the_hand() {
+    let (swept, planner, _) = slow_motion(Backlog::Hurry, false);
+    assert!(swept.windows(2).all(|w| w[0].1 == w[1].0) && planner.lag() < 0.02, "{swept:?}");
+    let furthest = swept.iter().map(|p| p.1).fold(0.0, f64::max);
+    assert!((furthest - 0.015).abs() < 1e-9 && swept.iter().any(|p| p.2 > 0.2), "{furthest}");
+}
+
 /// A tool that was let go of goes to the end of its way if its backlog is worked off, and leaves at once if
 /// not.
 #[test]

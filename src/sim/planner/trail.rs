@@ -18,6 +18,9 @@ pub enum Backlog {
     /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that
     /// was let go of leaves at once.
     Drop,
+    /// They go all of it in the next frame, faster than the hand went: what is pressed dents at once, and harder
+    /// than the hand pressed.
+    Hurry,
 }
 
 /// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a
@@ -222,6 +225,7 @@ impl Trails {
             match backlog {
                 Backlog::WorkOff => self.skip_rest(duration),
                 Backlog::Drop => self.cut_corner(duration),
+                Backlog::Hurry => {}
             }
         }
         let from = self.swept;
@@ -229,7 +233,7 @@ impl Trails {
             self.visits.retain(|v| !v.is_let_go);
         }
         let (mut duration, mut to) = (duration, self.clock);
-        if to - from > duration + slack {
+        if backlog != Backlog::Hurry && to - from > duration + slack {
             to = from + duration;
         }
         // A tool that is put down a second time within the frame ends it: it cannot be at both places.
