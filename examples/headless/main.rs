@@ -2,7 +2,7 @@
 //! [--frames N]`.
 //!
 //! What it writes into DIR, what its exit codes mean and in which units it writes: `--help`, which is
-//! [`args::AFTER_HELP`]. From the command line to the files:
+//! `args::AFTER_HELP`. From the command line to the files:
 //!
 //! | file        | takes                    | makes                                                   |
 //! |-------------|--------------------------|---------------------------------------------------------|
