@@ -11,7 +11,7 @@
 //! | [`recover`]     | errors of the graphics device | an app that goes on                               |
 //! | `report`        | frames that have ended        | [`ClayReport`], [`ClayStatus`]                    |
 //! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
-//! | [`step`]        | clock, ways, material         | frame plans                                       |
+//! | `step`        | clock, ways, material         | frame plans                                       |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
 //! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |
