@@ -168,8 +168,8 @@ impl Default for ClaySettings {
             is_paused: false,
             mesh: MeshQuality::Fine,
             surface: SurfaceMaker::Auto,
-            // Explicit steps run a hundredth of real time on a processor: a tool as fast as the hand would dent the
-            // clay minutes later.
+            // Explicit steps run a hundredth of real time on a processor: a tool as fast as the hand would
+            // dent the clay minutes later.
             backlog: Backlog::Hurry,
             snapshot_interval: 1.0,
         }

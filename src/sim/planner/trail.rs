@@ -18,8 +18,8 @@ pub enum Backlog {
     /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that
     /// was let go of leaves at once.
     Drop,
-    /// They go all of it in the next frame, faster than the hand went: what is pressed dents at once, and harder
-    /// than the hand pressed.
+    /// They go all of it in the next frame, faster than the hand went: what is pressed dents at once, and
+    /// harder than the hand pressed.
     Hurry,
 }
 
