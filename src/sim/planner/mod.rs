@@ -10,7 +10,8 @@
 //!
 //! ```
 //! use bevy_clay::sim::prelude::*;
-//! # let domain = Domain::new(glam::DVec3::ZERO, glam::DVec3::splat(0.1), 0.005, Walls::default()).expect("a room");
+//! # let (low, high) = (glam::DVec3::ZERO, glam::DVec3::splat(0.1));
+//! # let domain = Domain::new(low, high, 0.005, Walls::default()).expect("a room");
 //! # let place = domain.to_grid(glam::DVec3::splat(0.05));
 //! # let clay = Snapshot::new(domain, Preset::SoftClay.material(), vec![Particle::at(place, 1e-8, 0)]);
 //! let mut engine = NativeEngine::new();
@@ -18,10 +19,11 @@
 //! let mut planner = Planner::new(&clay);
 //! let ball = Tool { shape: ToolShape::Sphere { radius: 0.008 }, contact: Contact::default() };
 //! for step in 0..3 {
-//!     let pose = Pose { position: glam::DVec3::new(0.05, 0.09 - 1e-4 * f64::from(step), 0.05), ..Pose::default() };
+//!     let position = glam::DVec3::new(0.05, 0.09 - 1e-4 * f64::from(step), 0.05);
+//!     let pose = Pose { position, ..Pose::default() };
 //!     planner.pass(1.0 / 60.0, &[ToolSamples::now(0, 1, ball, pose)]);
 //!     if let Decision::Run(plan) = planner.next(&clay.material) {
-//!         engine.submit(plan.clone()).expect("a sound plan");
+//!         engine.submit(plan).expect("a sound plan");
 //!         planner.sent();
 //!     }
 //!     while engine.pending() > 0 {
