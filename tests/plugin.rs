@@ -207,6 +207,26 @@ fn refused_material_stops_the_clay_by_name_until_it_is_mended() {
     assert!(status(&app, clay).time > 0.0);
 }
 
+/// A tool that the engine refuses stops the clay with its reason; without it the clay goes on.
+#[test]
+fn refused_tool_stops_the_clay_until_it_is_gone() {
+    let mut app = app();
+    let clay = spawn(&mut app, cube(2, 0.0));
+    let tool = Tool { shape: ToolShape::Sphere { radius: -DX }, contact: Contact::default() };
+    let tool = app.world_mut().spawn(SculptTool { tool, ..default() }).id();
+    for _ in 0..3 {
+        tick(&mut app, clay);
+    }
+    let error = status(&app, clay).error.clone().expect("error");
+    assert!(error.contains("radius") && status(&app, clay).time == 0.0, "{error}");
+    app.world_mut().entity_mut(tool).despawn();
+    for _ in 0..3 {
+        tick(&mut app, clay);
+    }
+    assert_eq!(status(&app, clay).error, None);
+    assert!(status(&app, clay).time > 0.0);
+}
+
 /// Clay is made of what its file says now; a bad file is named and leaves it alone.
 #[test]
 fn clay_follows_its_file() {

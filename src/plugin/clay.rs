@@ -168,9 +168,7 @@ impl Default for ClaySettings {
             is_paused: false,
             mesh: MeshQuality::Fine,
             surface: SurfaceMaker::Auto,
-            // Explicit steps run a hundredth of real time on a processor: a tool as fast as the hand would
-            // dent the clay minutes later.
-            backlog: Backlog::Hurry,
+            backlog: Backlog::default(),
             snapshot_interval: 1.0,
         }
     }
@@ -210,7 +208,7 @@ pub struct ClayStatus {
     pub time: f64,
     /// Simulated time per wall time over the last second or so.
     pub rate: f64,
-    /// Time of the app's clock [s] that the clay did not follow because the engine was busy.
+    /// Time of the app's clock [s] that the clay did not follow: the engine was busy, or refused a frame.
     pub given_up: f64,
     /// Time [s] by which the tools, as the clay has them, lag behind the hand.
     pub lag: f64,

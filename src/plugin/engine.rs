@@ -181,10 +181,18 @@ impl PartialEq for Want {
     }
 }
 
+/// An engine that is being started.
+struct UnderWay {
+    want: Want,
+    /// Whether it takes over the state of the engine that runs.
+    is_takeover: bool,
+    task: Task<Result<ClayEngine, EngineError>>,
+}
+
 /// The next engine of a clay.
 #[derive(Component, Default)]
 pub(super) struct EngineStart {
-    under_way: Option<(Want, Task<Result<ClayEngine, EngineError>>)>,
+    under_way: Option<UnderWay>,
     refused: Option<Want>,
     generation: u64,
     restarted: Option<Instant>,
@@ -230,19 +238,28 @@ impl EngineStart {
     fn spawn(&mut self, want: Want, snapshot: impl Future<Output = Result<Arc<Snapshot>, EngineError>> + Send + 'static) {
         let wanted = want.clone();
         let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot.await?) });
-        self.under_way = Some((want, task));
+        self.under_way = Some(UnderWay { want, is_takeover: false, task });
     }
 
     /// Starts the engine that the clay should have, if it is not running or starting.
     fn pursue(&mut self, want: Want, engine: Option<&mut ClayEngine>) -> Result<(), EngineError> {
-        if self.under_way.as_ref().is_some_and(|(under_way, _)| *under_way == want) {
-            return Ok(());
+        let mut engine = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source));
+        if let Some(under_way) = self.under_way.as_ref().filter(|u| u.want == want) {
+            match engine.as_deref_mut() {
+                // Its state will never come.
+                Some(ClayEngine { stopped: Some(_), .. }) if under_way.is_takeover => {}
+                Some(engine) => {
+                    engine.is_leaving = true;
+                    return Ok(());
+                }
+                None => return Ok(()),
+            }
         }
         self.under_way = None;
         if self.refused.as_ref() == Some(&want) {
             return Ok(());
         }
-        let Some(engine) = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source)) else {
+        let Some(engine) = engine else {
             let source = want.source.clone();
             self.spawn(want, async { Ok(source) });
             return Ok(());
@@ -253,21 +270,27 @@ impl EngineStart {
             let is_hopeless = engine.want == want && self.restarted.is_some_and(|at| at.elapsed() < RESTART_AFTER);
             if !is_hopeless {
                 self.restarted = Some(Instant::now());
+                engine.is_leaving = true;
                 let kept = engine.kept.snapshot.clone();
-                warn!("clay goes on from its state at {:.3} s", kept.time);
-                self.spawn(want, async { Ok(kept) });
+                self.spawn(want, async { Ok(go_on_from(kept)) });
             }
         } else {
             // The state moves over when the frames under way have ended.
             engine.is_leaving = true;
             if engine.pending() == 0 {
-                let ticket = engine.request_state()?;
-                let lost = |e: StateLost| EngineError::Stopped(e.to_string());
-                self.spawn(want, async move { Ok(Arc::new(ticket.await.map_err(lost)?())) });
+                let (ticket, kept) = (engine.request_state()?, engine.kept.snapshot.clone());
+                self.spawn(want, async { Ok(ticket.await.map_or_else(|StateLost| go_on_from(kept), |make| Arc::new(make()))) });
+                self.under_way.as_mut().into_iter().for_each(|u| u.is_takeover = true);
             }
         }
         Ok(())
     }
+}
+
+/// The state that was kept of an engine that is lost.
+fn go_on_from(kept: Arc<Snapshot>) -> Arc<Snapshot> {
+    warn!("clay goes on from its state at {:.3} s", kept.time);
+    kept
 }
 
 /// A lost device may still be replaced.
@@ -326,9 +349,9 @@ pub(super) fn admit(
     let _watch = held.watch();
     for (entity, mut start, mut status, old) in &mut clays {
         let start = start.bypass_change_detection();
-        let Some((want, task)) = &mut start.under_way else { continue };
-        let Some(result) = check_ready(task) else { continue };
-        let want = want.clone();
+        let Some(under_way) = &mut start.under_way else { continue };
+        let Some(result) = check_ready(&mut under_way.task) else { continue };
+        let want = under_way.want.clone();
         start.under_way = None;
         match result {
             Ok(mut engine) => {

@@ -33,7 +33,7 @@ impl Plans {
     /// Submits a frame of the time owed, if there is any and the engine takes one.
     pub(super) fn step(&mut self, engine: &mut dyn Engine, material: &ClayMaterial) -> Result<(), EngineError> {
         let Decision::Run(plan) = self.planner.next(material) else { return Ok(()) };
-        engine.submit(plan)?;
+        engine.submit(plan).inspect_err(|_| self.planner.refused())?;
         self.planner.sent();
         self.refused = None;
         Ok(())

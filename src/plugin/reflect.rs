@@ -57,7 +57,6 @@ impl_reflect!(
     enum Backlog {
         WorkOff,
         Drop,
-        Hurry,
     }
 );
 

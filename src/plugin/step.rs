@@ -1,6 +1,6 @@
 //! Plans a frame for each clay from the clock and the tools, and hands it to the engine. Never waits.
 
-use super::clay::{Clay, ClaySettings, MeshQuality};
+use super::clay::{Clay, ClaySettings};
 use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
@@ -34,19 +34,19 @@ fn step(
     let _watch = held.watch();
     for (entity, settings, material, mut clay) in &mut clays {
         let clay = clay.bypass_change_detection();
-        if clay.stopped.is_some() || clay.is_leaving {
-            continue;
-        }
+        let (is_stopped, is_leaving) = (clay.stopped.is_some(), clay.is_leaving);
         let (engine, plans) = clay.parts();
-        if settings.is_paused {
+        if settings.is_paused || is_stopped {
             plans.planner.lift();
             continue;
         }
-        let result = placed(entity, &tools, &transforms).map_err(EngineError::Params).and_then(|tools| {
+        let placed = placed(entity, &tools, &transforms).inspect_err(|_| plans.planner.lift());
+        let result = placed.map_err(EngineError::Params).and_then(|tools| {
             let wall = settings.is_responsive.then(|| real.delta_secs_f64());
             plans.planner.policy = policy(settings, wall);
             plans.planner.pass(time.delta_secs_f64(), &tools);
-            plans.step(engine, material)
+            // The next engine goes on with what the tools did meanwhile.
+            if is_leaving { Ok(()) } else { plans.step(engine, material) }
         });
         match result {
             Ok(()) => {}
@@ -61,10 +61,9 @@ fn step(
 
 /// How the frames of a clay are planned.
 fn policy(settings: &ClaySettings, wall: Option<f64>) -> Policy {
-    let &ClaySettings { gravity, inertia, backlog, mesh, .. } = settings;
-    // The state is asked for when it is wanted.
-    let outputs = FrameOutputs { surface: mesh != MeshQuality::Off, state: false };
-    Policy { gravity, inertia, backlog, outputs, wall, ..Policy::default() }
+    let &ClaySettings { gravity, inertia, backlog, .. } = settings;
+    // The surface, for the plugin or an app that draws it itself; the state is asked for when it is wanted.
+    Policy { gravity, inertia, backlog, wall, outputs: FrameOutputs::default(), ..Policy::default() }
 }
 
 /// The active tools as the clay sees them.

@@ -131,8 +131,18 @@ pub struct Planner {
     cost: Option<f64>,
     given_up: f64,
     trails: Trails,
-    /// What the plan that was handed out last sweeps, until it is sent.
-    drafted: Option<Piece>,
+    /// The plan that was handed out last, until it is sent or refused.
+    drafted: Option<Draft>,
+}
+
+/// What is settled when an engine has taken a plan, or has not.
+#[derive(Clone, Debug)]
+struct Draft {
+    duration: f64,
+    /// Time [s] that the plan makes up for, of what was given up.
+    regained: f64,
+    /// What the plan sweeps of the hand's way.
+    piece: Option<Piece>,
 }
 
 impl Planner {
@@ -157,7 +167,7 @@ impl Planner {
         self.cell_width
     }
 
-    /// Time of the clock [s] that was given up because the engine did not afford it.
+    /// Time of the clock [s] that the clay did not follow, because the engine did not afford it or would not.
     pub fn given_up(&self) -> f64 {
         self.given_up
     }
@@ -176,9 +186,10 @@ impl Planner {
     /// Goes on where `old`, the planner of the same clay on another engine, stands.
     pub fn take_over(&mut self, old: Self) {
         let state = PlannerState { speeds: self.state.speeds, engaged: [false; 2], ..old.state };
-        *self = Self { cell_width: self.cell_width, state, under_way: 0, drafted: None, ..old };
+        // What another engine affords tells nothing.
+        *self = Self { cell_width: self.cell_width, state, under_way: 0, cost: None, drafted: None, ..old };
         // What was under way there is lost.
-        self.trails.lose_all();
+        self.given_up += self.trails.lose_all();
     }
 
     /// Lets `time` [s] of the clock pass, in which the tools went these ways; those not among them have been
@@ -204,18 +215,21 @@ impl Planner {
     }
 
     /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than
-    /// [`PENDING_MAX`] are under way. Time owed is settled by it, [`Self::sent`] settles the rest: what the
-    /// tools did in a plan that no engine took is swept by the next.
+    /// [`PENDING_MAX`] are under way; longer by what it can make up for while tools lag behind the hand. Then
+    /// the plan was [`Self::sent`] or [`Self::refused`]: what the tools did in one that no engine took is
+    /// swept by the next.
     pub fn next(&mut self, material: &ClayMaterial) -> Decision {
         if self.owed <= 0.0 || self.under_way >= PENDING_MAX || self.trails.is_mending() {
             return Decision::Idle;
         }
         let owed = std::mem::take(&mut self.owed);
-        let piece = self.trails.piece(owed, self.policy.backlog);
+        let most = self.frame_max().min(owed + self.given_up);
+        let piece = self.trails.piece(owed, most, self.policy.backlog);
         self.owed = (owed - piece.duration).max(0.0);
         piece.put_down.iter().for_each(|id| self.state.sheets.lift(*id));
         let plan = self.draft(material, piece.duration, &piece.paths);
-        self.drafted = Some(piece);
+        let regained = (piece.duration - owed).max(0.0);
+        self.drafted = Some(Draft { duration: piece.duration, regained, piece: Some(piece) });
         Decision::Run(plan)
     }
 
@@ -225,6 +239,7 @@ impl Planner {
         if self.under_way >= PENDING_MAX {
             return Decision::Idle;
         }
+        self.drafted = Some(Draft { duration, regained: 0.0, piece: None });
         Decision::Run(self.draft(material, duration, paths))
     }
 
@@ -239,17 +254,27 @@ impl Planner {
         let mut plan = limits.frame(material, self.cell_width, duration, paths);
         (plan.id, plan.outputs) = (self.state.next_id, outputs);
         self.state.sheets.deal(&mut plan);
-        self.state.last_duration = duration;
         plan
     }
 
     /// The engine has taken the last plan.
     pub fn sent(&mut self) {
-        if let Some(piece) = self.drafted.take() {
-            self.trails.send(piece);
+        if let Some(Draft { duration, regained, piece }) = self.drafted.take() {
+            self.state.last_duration = duration;
+            self.given_up -= regained;
+            piece.into_iter().for_each(|piece| self.trails.send(piece));
         }
         self.state.next_id += 1;
         self.under_way += 1;
+    }
+
+    /// The engine has not taken the last plan, for something that is wrong in it. Its time is given up; its
+    /// tools are planned for as long as they are held.
+    pub fn refused(&mut self) {
+        if let Some(Draft { duration, regained, .. }) = self.drafted.take() {
+            self.given_up += duration - regained;
+        }
+        self.trails.refuse();
     }
 
     /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were
@@ -266,7 +291,7 @@ impl Planner {
         if report.duration() > 0.0 && report.timings.total > 0.0 {
             self.cost = Some(report.timings.total / report.duration());
         }
-        self.trails.end(is_given_up);
+        self.given_up += self.trails.end(is_given_up);
     }
 }
 

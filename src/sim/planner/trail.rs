@@ -2,25 +2,24 @@
 //!
 //! All samples stand on one time, the hand's: that of the caller's clock since the planner was made. Frames
 //! sweep it piece by piece, each second of the hand in a second of clay, so that a tool in slow motion is as
-//! fast as the hand was, and late. A frame that was given up is swept again.
+//! fast as the hand was, and late; where the engine affords longer frames, they catch up. A frame that was
+//! given up is swept again.
 
 use super::super::tool::{Pose, PoseSample, Tool, ToolPath};
 use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, VecDeque};
 
-/// What the tools do with the hand's way that the clay had no time for.
+/// What the tools do with the hand's way that the clay had no time for. They go no faster than the hand went,
+/// and do not wait for time in which no tool moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Backlog {
-    /// They go all of it, late. Time in which no tool moved is not waited for, and a tool that was let go of
-    /// leaves the clay when it has been where the hand was.
+    /// They go all of it, late. A tool that was let go of leaves the clay when it has been where the hand
+    /// was.
     #[default]
     WorkOff,
-    /// Of what is older than [`LAG_MAX`] they go the chord alone, as fast as the hand went, and a tool that
-    /// was let go of leaves at once.
+    /// Of what is older than [`LAG_MAX`] they go the chord alone, and a tool that was let go of leaves at
+    /// once.
     Drop,
-    /// They go all of it in the next frame, faster than the hand went: what is pressed dents at once, and
-    /// harder than the hand pressed.
-    Hurry,
 }
 
 /// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a
@@ -44,7 +43,8 @@ pub struct ToolSamples {
     pub id: u32,
     /// Shape and contact.
     pub tool: Tool,
-    /// Poses in order of time [s], of any clock; the last one is now. At least one.
+    /// Poses in order of time [s], of any clock that goes on from look to look; the last one is now. At least
+    /// one. Of a tool that is new, those of the time that has passed since the last look count.
     pub samples: Vec<PoseSample>,
 }
 
@@ -63,6 +63,8 @@ struct Visit {
     tool: Tool,
     /// In hand time; never empty.
     samples: VecDeque<PoseSample>,
+    /// The tool's own clock at the last sample [s].
+    own_time: f64,
     is_let_go: bool,
     /// Whether a frame was planned that sweeps some of it.
     is_begun: bool,
@@ -93,6 +95,31 @@ impl Visit {
         let first = self.samples.partition_point(|s| s.time <= time).saturating_sub(1);
         let moves = |i: &usize| self.samples[*i].pose != self.samples[*i + 1].pose;
         (first..self.samples.len() - 1).find(moves).map(|i| self.samples[i].time.max(time))
+    }
+
+    /// Whether a frame from `time` on has some of it to sweep, if it was let go of.
+    fn goes_on_at(&self, time: f64) -> bool {
+        self.end() > time || (!self.is_begun && self.end() == time)
+    }
+
+    /// Whether no frame may have both.
+    fn is_same_tool(&self, other: &Self) -> bool {
+        self.key == other.key || self.id == other.id
+    }
+
+    /// Takes in poses of the tool's own clock, the last of them at `now` in hand time. A clock that goes
+    /// faster than the hand's is fitted into the time that has passed, so that no pose is lost.
+    fn follow(&mut self, samples: &[PoseSample], now: f64, swept: f64) {
+        let Some(last) = samples.last() else { return };
+        let (room, span) = (now - self.end(), last.time - self.own_time);
+        let scale = if span > room { room / span } else { 1.0 };
+        // A clock that was set back tells nothing about before.
+        let known = if span < 0.0 { f64::NEG_INFINITY } else { self.own_time };
+        for inner in samples[..samples.len() - 1].iter().filter(|s| s.time > known) {
+            self.add(PoseSample { time: now - (last.time - inner.time) * scale, pose: inner.pose }, swept);
+        }
+        self.add(PoseSample { time: now, pose: last.pose }, swept);
+        self.own_time = last.time;
     }
 
     /// Adds a pose; one of a time that is swept already would be a jump.
@@ -150,6 +177,7 @@ impl Visit {
 #[derive(Clone, Debug)]
 struct Sweep {
     from: f64,
+    duration: f64,
     ends: HashMap<u64, Pose>,
 }
 
@@ -177,6 +205,8 @@ pub(super) struct Trails {
     under_way: VecDeque<Sweep>,
     /// Where the first frame began that was given up, while others are under way.
     lost: Option<f64>,
+    /// Where the last frame began that was given up.
+    failed: Option<f64>,
     /// Where the clay has each tool.
     seen: HashMap<u64, Pose>,
 }
@@ -184,27 +214,40 @@ pub(super) struct Trails {
 impl Trails {
     /// Lets `time` [s] pass, in which the tools went these ways; those not among them have been let go of.
     pub(super) fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
+        let before = self.clock;
         self.clock += time;
         for visit in &mut self.visits {
             visit.is_let_go |= !tools.iter().any(|t| t.key == visit.key);
         }
         for tool in tools {
-            let Some(now) = tool.samples.last() else { continue };
-            let on_hand_time = |s: &PoseSample| PoseSample { time: self.clock - (now.time - s.time), pose: s.pose };
-            let mut samples = tool.samples.iter().map(on_hand_time);
-            let held = self.visits.iter_mut().find(|v| v.key == tool.key && !v.is_let_go);
-            match held {
+            match self.visits.iter_mut().find(|v| v.key == tool.key && !v.is_let_go) {
                 Some(visit) => {
                     (visit.id, visit.tool) = (tool.id, tool.tool);
-                    samples.for_each(|s| visit.add(s, self.swept));
+                    visit.follow(&tool.samples, self.clock, self.swept);
                 }
-                None => {
-                    let Some(first) = samples.next_back() else { continue };
-                    let (key, id, tool) = (tool.key, tool.id, tool.tool);
-                    self.visits.push(Visit { key, id, tool, samples: [first].into(), is_let_go: false, is_begun: false });
-                }
+                None => self.put_down(tool, before),
             }
         }
+    }
+
+    /// Begins a visit with what its tool did since `before` in hand time.
+    fn put_down(&mut self, tool: &ToolSamples, before: f64) {
+        let Some(last) = tool.samples.last() else { return };
+        let on_hand_time = |s: &PoseSample| self.clock - (last.time - s.time).max(0.0);
+        let is_known = |s: &PoseSample| on_hand_time(s) < before;
+        let [first, rest @ ..] = &tool.samples[tool.samples.iter().take_while(|s| is_known(s)).count()..] else { return };
+        let samples = [PoseSample { time: on_hand_time(first), pose: first.pose }].into();
+        let mut visit = Visit {
+            key: tool.key,
+            id: tool.id,
+            tool: tool.tool,
+            samples,
+            own_time: first.time,
+            is_let_go: false,
+            is_begun: false,
+        };
+        visit.follow(rest, self.clock, self.swept);
+        self.visits.push(visit);
     }
 
     /// The hand's time that the tools lag behind it [s].
@@ -217,38 +260,32 @@ impl Trails {
         self.seen.get(&key).copied()
     }
 
-    /// What a frame of `duration` [s] sweeps. It is swept again until [`Self::send`] says that an engine has
-    /// taken the frame.
-    pub(super) fn piece(&mut self, duration: f64, backlog: Backlog) -> Piece {
-        let slack = CLOCK_SLACK.min(SLACK_PART * duration);
-        if self.lag() > duration + slack {
-            match backlog {
-                Backlog::WorkOff => self.skip_rest(duration),
-                Backlog::Drop => self.cut_corner(duration),
-                Backlog::Hurry => {}
+    /// What the next frame sweeps: `owed` [s] of the way, and as much more of a backlog as it can within
+    /// `most` [s]. It is swept again until [`Self::send`] says that an engine has taken the frame.
+    pub(super) fn piece(&mut self, owed: f64, most: f64, backlog: Backlog) -> Piece {
+        let slack = CLOCK_SLACK.min(SLACK_PART * owed);
+        if self.lag() > owed + slack {
+            self.skip_rest(owed);
+            if backlog == Backlog::Drop {
+                self.cut_corner(owed);
             }
         }
-        let from = self.swept;
         if backlog == Backlog::Drop {
             self.visits.retain(|v| !v.is_let_go);
         }
-        let (mut duration, mut to) = (duration, self.clock);
-        if backlog != Backlog::Hurry && to - from > duration + slack {
-            to = from + duration;
-        }
-        // A tool that is put down a second time within the frame ends it: it cannot be at both places.
-        let again = |v: &Visit| {
-            let is_earlier = |w: &Visit| w.key == v.key && w.start() < v.start() && w.end() > from;
-            self.visits.iter().any(is_earlier).then(|| v.start())
-        };
-        if let Some(next) = self.visits.iter().filter_map(again).filter(|t| *t > from && *t < to).reduce(f64::min) {
-            (duration, to) = (duration * (next - from) / (to - from), next);
+        let from = self.swept;
+        // What has failed is not tried again at greater length.
+        let may_catch_up = self.lag() > owed + slack && self.failed != Some(from);
+        let mut duration = if may_catch_up { self.lag().min(most).max(owed) } else { owed };
+        let mut to = if self.lag() > duration + slack { from + duration } else { self.clock };
+        if let Some(end) = self.handover(from, to) {
+            (duration, to) = (duration * (end - from) / (to - from), end);
         }
         let mut piece = Piece { duration, paths: vec![], put_down: vec![], to, ends: HashMap::new() };
-        let is_in = |v: &Visit| if v.is_let_go { v.start() < to && v.end() > from } else { v.start() <= to };
-        let mut here: Vec<&mut Visit> = self.visits.iter_mut().filter(|v| is_in(v)).collect();
-        here.sort_by_key(|v| v.id);
-        for visit in here {
+        let mut here = self.in_frame(from, to);
+        here.sort_by_key(|i| self.visits[*i].id);
+        for i in here {
+            let visit = &mut self.visits[i];
             piece.paths.push(visit.path(from, to, duration));
             piece.ends.insert(visit.key, visit.pose_at(to));
             if !std::mem::replace(&mut visit.is_begun, true) {
@@ -258,16 +295,56 @@ impl Trails {
         piece
     }
 
+    /// Whether a frame from `from` to `to` may have this visit, for all that its own times say.
+    fn is_due(visit: &Visit, from: f64, to: f64) -> bool {
+        if visit.is_let_go { visit.start() < to && visit.goes_on_at(from) } else { visit.start() <= to }
+    }
+
+    /// The visits that a frame from `from` to `to` sweeps. A tool that was put down anew cannot be at both
+    /// places: as long as the visit before has a way to go, that one is in the frame.
+    fn in_frame(&self, from: f64, to: f64) -> Vec<usize> {
+        let mut here: Vec<usize> = vec![];
+        for (i, visit) in self.visits.iter().enumerate() {
+            let is_late = here.iter().any(|j| self.visits[*j].is_let_go && self.visits[*j].is_same_tool(visit));
+            if Self::is_due(visit, from, to) && !is_late {
+                here.push(i);
+            }
+        }
+        here
+    }
+
+    /// When, within a frame from `from` to `to`, the first tool was put down anew: the frame ends there.
+    fn handover(&self, from: f64, to: f64) -> Option<f64> {
+        let here = self.in_frame(from, to);
+        let late = (0..self.visits.len()).filter(|i| !here.contains(i)).map(|i| &self.visits[i]);
+        let times = late.filter(|v| Self::is_due(v, from, to)).filter_map(|v| match v.start() {
+            start if start > from => Some(start),
+            // Two tools of one name were held at once.
+            _ => here.iter().map(|j| &self.visits[*j]).find(|w| w.is_same_tool(v)).map(Visit::end),
+        });
+        times.filter(|t| *t > from && *t < to).reduce(f64::min)
+    }
+
     /// The engine has taken the frame of a piece.
     pub(super) fn send(&mut self, piece: Piece) {
         let from = std::mem::replace(&mut self.swept, piece.to);
-        self.under_way.push_back(Sweep { from, ends: piece.ends });
+        self.under_way.push_back(Sweep { from, duration: piece.duration, ends: piece.ends });
+    }
+
+    /// The engine has refused the frame of a piece: tools that were let go of are not held up to it again,
+    /// nor are poses that are no numbers.
+    pub(super) fn refuse(&mut self) {
+        for visit in &mut self.visits {
+            visit.samples.retain(PoseSample::is_finite);
+        }
+        self.visits.retain(|v| !v.is_let_go && !v.samples.is_empty());
     }
 
     /// The oldest frame under way has ended. What a frame that was given up had to sweep is swept again by
-    /// the next one that is planned after all under way have ended.
-    pub(super) fn end(&mut self, is_given_up: bool) {
-        let Some(sweep) = self.under_way.pop_front() else { return };
+    /// the next one that is planned after all under way have ended; if that fails too, without the tools that
+    /// were let go of. The time [s] that was given up.
+    pub(super) fn end(&mut self, is_given_up: bool) -> f64 {
+        let Some(sweep) = self.under_way.pop_front() else { return 0.0 };
         if is_given_up {
             self.lost = self.lost.or(Some(sweep.from));
         } else {
@@ -276,16 +353,21 @@ impl Trails {
         if self.under_way.is_empty()
             && let Some(from) = self.lost.take()
         {
+            if self.failed.replace(from) == Some(from) {
+                self.visits.retain(|v| !v.is_let_go);
+            }
             self.swept = from;
         }
         self.forget();
+        if is_given_up { sweep.duration } else { 0.0 }
     }
 
-    /// The frames under way will never end.
-    pub(super) fn lose_all(&mut self) {
-        while !self.under_way.is_empty() {
-            self.end(true);
-        }
+    /// The frames under way will never end. The time [s] that is given up with them.
+    pub(super) fn lose_all(&mut self) -> f64 {
+        let time = (0..self.under_way.len()).map(|_| self.end(true)).sum();
+        // That was not the tools' fault.
+        self.failed = None;
+        time
     }
 
     /// Whether the next frame has to wait until those under way have ended, because one was given up.
@@ -306,7 +388,7 @@ impl Trails {
     fn forget(&mut self) {
         let under_way = self.under_way.front().map(|sweep| sweep.from);
         let needed = self.lost.into_iter().chain(under_way).fold(self.swept, f64::min);
-        self.visits.retain(|v| !v.is_let_go || v.end() > needed);
+        self.visits.retain(|v| !v.is_let_go || v.goes_on_at(needed));
         for visit in &mut self.visits {
             let first = visit.samples.partition_point(|s| s.time <= needed).saturating_sub(1);
             visit.samples.drain(..first);

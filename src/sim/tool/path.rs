@@ -53,6 +53,13 @@ pub struct PoseSample {
     pub pose: Pose,
 }
 
+impl PoseSample {
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.time.is_finite() && self.pose.position.is_finite() && self.pose.rotation.is_finite()
+    }
+}
+
 /// A tool and the samples of its path over one frame, in order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolPath {
@@ -105,8 +112,7 @@ impl ToolPath {
 
     /// Whether every number of the path is finite, with samples in strict order of time.
     pub fn is_finite(&self) -> bool {
-        let finite = |s: &PoseSample| s.time.is_finite() && s.pose.position.is_finite() && s.pose.rotation.is_finite();
-        self.samples.iter().all(finite) && self.samples.windows(2).all(|w| w[0].time < w[1].time)
+        self.samples.iter().all(PoseSample::is_finite) && self.samples.windows(2).all(|w| w[0].time < w[1].time)
     }
 }
 

@@ -9,6 +9,7 @@ pub mod cut;
 pub mod edge;
 pub mod elastic;
 pub mod files;
+pub mod handout;
 pub mod hertz;
 pub mod input;
 pub mod law;
@@ -39,7 +40,7 @@ pub enum Suite {
     Stability,
     /// The surface.
     Surface,
-    /// Times, for a machine that has nothing else to do.
+    /// Times, for a machine that has nothing else to do, and what frames read back from a device.
     Speed,
     /// Every suite but `speed`, whose figures are the machine's.
     All,
@@ -127,6 +128,7 @@ pub const CASES: &[Case] = &[
     surface_case("clay at rest", surface::at_rest),
     surface_case("surface on the device", surface::on_device),
     surface_case("files", files::round_trips),
+    speed("bytes read back", handout::bytes),
     speed("surface time", surface::speed::extraction),
     speed("ray time", surface::speed::rays),
     speed("surface time on the device", surface::speed::on_device),
