@@ -214,7 +214,8 @@ fn refused_tool_stops_the_clay_until_it_is_gone() {
     let clay = spawn(&mut app, cube(2, 0.0));
     let tool = Tool { shape: ToolShape::Sphere { radius: -DX }, contact: Contact::default() };
     let tool = app.world_mut().spawn(SculptTool { tool, ..default() }).id();
-    for _ in 0..3 {
+    for step in 0..3u8 {
+        app.world_mut().get_mut::<Transform>(tool).expect("a tool").translation.x = f32::from(step) * 1e-3;
         tick(&mut app, clay);
     }
     let error = status(&app, clay).error.clone().expect("error");

@@ -185,7 +185,6 @@ fn clay_leaves_a_device_that_is_lost() -> Result<(), Failed> {
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
     run(&mut app, clay, 0.05)?;
     app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").engine = EngineChoice::Native;
-    app.update();
     app.world().resource::<RenderDevice>().wgpu_device().clone().destroy();
     settle(&mut app, "the native engine", |world| status(world, clay).engine.starts_with("native"))?;
     let before = status(app.world(), clay).time;
