@@ -96,16 +96,28 @@ pub fn text<T: Serialize>(items: &[T]) -> Result<String, String> {
     Ok(format!("[\n{}\n]\n", lines.map_err(|e| e.to_string())?.join(",\n")))
 }
 
-/// Writes the whole file or none: beside it first, then renamed.
+/// Writes the whole file or none: beside it first, then renamed; makes its folder.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(file: &Path, text: &str) -> std::io::Result<()> {
+pub fn write(file: &Path, contents: impl AsRef<[u8]>) -> std::io::Result<()> {
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
-    beside.write_all(text.as_bytes())?;
-    beside.persist(file)?;
+    std::fs::create_dir_all(folder)?;
+    let mut beside = tempfile::Builder::new();
+    // Temporary files are their owner's alone by default.
+    #[cfg(unix)]
+    beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut beside = beside.tempfile_in(folder)?;
+    // Of the file itself, so that an error names no file that is gone.
+    beside.as_file_mut().write_all(contents.as_ref())?;
+    beside.persist(file).map_err(|e| e.error)?;
     Ok(())
+}
+
+/// Writes each file for itself; what could not be written, after the `option` that asked for it.
+pub fn write_each(option: &str, files: &[(PathBuf, Vec<u8>)]) -> Vec<String> {
+    let fault = |file: &Path, e: std::io::Error| format!("{option} {}: cannot be written: {e}", file.display());
+    files.iter().filter_map(|(file, contents)| write(file, contents).err().map(|e| fault(file, e))).collect()
 }
 
 #[cfg(test)]
@@ -148,5 +160,22 @@ mod tests {
         write(&file, "[\n{}\n]").expect("written");
         let error = read::<Record>(&file).expect_err("no record");
         assert!(error.contains("rows.json") && error.contains("line 2"), "{error}");
+    }
+    /// A file whose folder is missing is written, one in whose folder's place a file stands is named, and
+    /// takes no other with it.
+    #[test]
+    fn each_file_is_written_for_itself() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("file"), "").expect("written");
+        let files = ["file/chart.svg", "made/on the way/chart.png"].map(|name| (at(name), vec![7]));
+        let faults = write_each("--out", &files);
+        assert!(
+            faults.len() == 1 && faults[0].starts_with(&format!("--out {}: cannot be written: ", files[0].0.display())),
+            "{faults:?}"
+        );
+        assert_eq!(std::fs::read(&files[1].0).expect("written"), [7]);
+        let mode = |file: &Path| std::fs::metadata(file).expect("a file").permissions();
+        assert_eq!(mode(&files[1].0), mode(&at("file")));
     }
 }

@@ -12,6 +12,7 @@
 //! | [`plot`] | pictures of figures, as SVG and PNG |
 //! | [`section`] | the parts of docs/EVIDENCE.md that programs write |
 //! | [`machine`] | what figures were measured on |
+//! | [`say`] | lines on standard output, which may be closed or full |
 //!
 //! The programs are `validate` (every case, as a table and as JSON), `chart` (error against time over every
 //! knob) and `stability_map` (where a run blows up). The tests beside them run the same cases, small.
@@ -24,4 +25,5 @@ pub mod machine;
 pub mod plot;
 pub mod report;
 pub mod restart;
+pub mod say;
 pub mod section;

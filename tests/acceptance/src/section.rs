@@ -1,20 +1,7 @@
 //! The part of a document that a command writes, between two marks.
 
-use std::io::{Error, ErrorKind};
-use std::path::Path;
-
 /// The lines before and after the part; they stay.
 pub type Marks<'a> = [&'a str; 2];
-
-/// Puts `section` in the place of what stands between the marks of the file `page`.
-///
-/// # Errors
-/// A file that cannot be read or written, or one without marks.
-pub fn write(page: &Path, marks: Marks<'_>, section: &str) -> std::io::Result<()> {
-    let new = replace(&std::fs::read_to_string(page)?, marks, section);
-    let missing = || Error::new(ErrorKind::InvalidData, format!("{} has no {} and end", page.display(), marks[0].trim()));
-    std::fs::write(page, new.ok_or_else(missing)?)
-}
 
 /// What stands between the marks of a page.
 pub fn read<'a>(page: &'a str, marks: Marks<'_>) -> Option<&'a str> {
@@ -22,10 +9,13 @@ pub fn read<'a>(page: &'a str, marks: Marks<'_>) -> Option<&'a str> {
 }
 
 /// The page with another section between its marks; all else as it was.
-pub fn replace(page: &str, marks: Marks<'_>, section: &str) -> Option<String> {
-    let (before, rest) = page.split_once(marks[0])?;
-    let (_, after) = rest.split_once(marks[1])?;
-    Some(format!("{before}{}{section}{}{after}", marks[0], marks[1]))
+///
+/// # Errors
+/// A page without the marks, which are named.
+pub fn replace(page: &str, marks: Marks<'_>, section: &str) -> Result<String, String> {
+    let parts = page.split_once(marks[0]).and_then(|(before, rest)| Some((before, rest.split_once(marks[1])?.1)));
+    let (before, after) = parts.ok_or_else(|| format!("no {} and end", marks[0].trim()))?;
+    Ok(format!("{before}{}{section}{}{after}", marks[0], marks[1]))
 }
 
 #[cfg(test)]
@@ -40,7 +30,8 @@ mod tests {
         let expected = page.replace("old\n", "new\n");
         let new = replace(page, MARKS, "new\n").expect("marks");
         assert_eq!((new.as_str(), read(&new, MARKS)), (expected.as_str(), Some("new\n")));
-        assert_eq!(replace("no marks", MARKS, "new"), None);
-        assert_eq!(replace("only one <!-- X:BEGIN -->\n", MARKS, "new"), None);
+        let missing = || Err("no <!-- X:BEGIN --> and end".to_owned());
+        assert_eq!(replace("no marks", MARKS, "new"), missing());
+        assert_eq!(replace("only one <!-- X:BEGIN -->\n", MARKS, "new"), missing());
     }
 }

@@ -7,7 +7,6 @@ use ab_glyph::FontRef;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use text::Typeset;
 
@@ -17,9 +16,6 @@ pub const FONT: &str = "sans-serif";
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
-    /// A file could not be written.
-    #[error("{0}: {1}")]
-    File(PathBuf, std::io::Error),
     /// The picture could not be painted.
     #[error("the picture could not be painted: {0}")]
     Paint(String),
@@ -37,26 +33,28 @@ pub trait Picture {
     fn paint<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B>;
 }
 
-/// Writes `stem.svg` and `stem.png` of `size` pixels; returns their names.
+/// The files of a picture.
+pub fn files(stem: &Path) -> [PathBuf; 2] {
+    ["svg", "png"].map(|ending| stem.with_extension(ending))
+}
+
+/// The SVG and the PNG of a picture of `size` pixels.
 ///
 /// # Errors
-/// A file that cannot be written, or a picture that cannot be painted.
-pub fn write(picture: &impl Picture, stem: &Path, size: (u32, u32)) -> Result<[PathBuf; 2], PlotError> {
+/// A picture that cannot be painted.
+pub fn draw(picture: &impl Picture, size: (u32, u32)) -> Result<[Vec<u8>; 2], PlotError> {
     let unreadable = || PlotError::Paint("the font cannot be read".into());
     for style in [FontStyle::Normal, FontStyle::Bold] {
         register_font(FONT, style, epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
     }
     let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| unreadable())?;
-    let files = ["svg", "png"].map(|ending| stem.with_extension(ending));
     let mut svg = String::new();
     paint_on(picture, SVGBackend::with_string(&mut svg, size))?;
-    write_file(&files[0], svg.as_bytes())?;
 
     let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
     paint_on(picture, Typeset::new(BitMapBackend::with_buffer(&mut pixels, size), font))?;
     let png = encode_png(&pixels, size).map_err(|e| PlotError::Paint(e.to_string()))?;
-    write_file(&files[1], &png)?;
-    Ok(files)
+    Ok([svg.into_bytes(), png])
 }
 
 fn paint_on<B: DrawingBackend>(picture: &impl Picture, backend: B) -> Result<(), PlotError> {
@@ -67,19 +65,6 @@ fn paint_on<B: DrawingBackend>(picture: &impl Picture, backend: B) -> Result<(),
         area.present()
     };
     paint().map_err(|e: DrawingAreaErrorKind<B::ErrorType>| PlotError::Paint(e.to_string()))
-}
-
-/// The whole file or none: beside it first, then renamed.
-fn write_file(file: &Path, bytes: &[u8]) -> Result<(), PlotError> {
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let write = || {
-        std::fs::create_dir_all(folder)?;
-        let mut beside = tempfile::NamedTempFile::new_in(folder)?;
-        beside.write_all(bytes)?;
-        beside.persist(file)?;
-        Ok(())
-    };
-    write().map_err(|e| PlotError::File(file.to_owned(), e))
 }
 
 fn encode_png(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {

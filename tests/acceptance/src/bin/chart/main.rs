@@ -5,8 +5,8 @@
 //! SUBSTRING] [--docs docs [--redraw]]`
 //!
 //! Writes chart.csv, chart.svg and chart.png to DIR and prints what buys accuracy cheapest, from the figures.
-//! Exit code 2: bad arguments.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints its table and errors")]
+//! Exit code 1: a result could not be written. 2: bad arguments, or a place that takes no result: nothing was
+//! run.
 
 mod knobs;
 mod page;
@@ -15,9 +15,10 @@ mod scenes;
 mod table;
 mod verdict;
 
+use bevy_clay::scene::export::whole::check_writable;
 use clap::Parser;
 use clay_acceptance::lab::{self, EngineKind, Size};
-use clay_acceptance::plot;
+use clay_acceptance::{data, plot, say};
 use knobs::Effort;
 use scenes::{SCENES, Scene};
 use std::path::PathBuf;
@@ -54,21 +55,24 @@ struct Args {
 
 fn main() -> ExitCode {
     match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(message) => {
-            eprintln!("error: {message}");
+            say::error(&message);
             ExitCode::from(2)
         }
     }
 }
 
-fn run(args: &Args) -> Result<(), String> {
+/// Runs what was asked for; true if all results were written. An error is one of what was asked for: nothing
+/// was run.
+fn run(args: &Args) -> Result<bool, String> {
     let is_chosen = |s: &&Scene| args.only.as_ref().is_none_or(|part| s.name.contains(part));
     let scenes: Vec<&Scene> = SCENES.iter().filter(is_chosen).collect();
     if scenes.is_empty() {
         return Err(format!("no scene has {:?} in its name", args.only.as_deref().unwrap_or_default()));
     }
-    std::fs::create_dir_all(&args.out).map_err(|e| format!("--out {}: {e}", args.out.display()))?;
+    check(args)?;
     args.engine.prepare()?;
     let effort = match (args.smoke, args.quick) {
         (true, _) => Effort::Smoke,
@@ -76,7 +80,7 @@ fn run(args: &Args) -> Result<(), String> {
         _ => Effort::Full,
     };
     let began = Instant::now();
-    println!("{}", lab::engine(0).describe());
+    say::line(&lab::engine(0).describe());
     let table = match &args.docs {
         Some(docs) if args.redraw => Table::read(docs).map_err(|e| format!("--redraw: {e}"))?,
         _ => {
@@ -88,19 +92,49 @@ fn run(args: &Args) -> Result<(), String> {
             table
         }
     };
+    let is_written = write(args, &table);
+    say::line(&format!("\n{}", page::text(&table)));
+    say::line(&format!("{} rows in {:.0} s:", table.rows.len(), began.elapsed().as_secs_f64()));
+    for file in files(args) {
+        say::line(&file.display().to_string());
+    }
+    Ok(is_written & say::was_heard())
+}
+
+/// The table and the picture.
+fn files(args: &Args) -> [PathBuf; 3] {
     let stem = args.out.join("chart");
-    let csv = stem.with_extension("csv");
-    table.write_csv(&csv).map_err(|e| format!("{}: {e}", csv.display()))?;
-    let pictures = plot::write(&picture::Chart(&table), &stem, picture::size(&table)).map_err(|e| e.to_string())?;
-    if let Some(docs) = &args.docs {
-        page::write(docs, &table, &pictures[1]).map_err(|e| format!("--docs {}: {e}", docs.display()))?;
+    let [svg, png] = plot::files(&stem);
+    [stem.with_extension("csv"), svg, png]
+}
+
+/// Makes the folder and finds out whether every result could be written.
+fn check(args: &Args) -> Result<(), String> {
+    std::fs::create_dir_all(&args.out).map_err(|e| format!("--out {}: {e}", args.out.display()))?;
+    files(args).iter().try_for_each(|file| check_writable(file)).map_err(|e| format!("--out {e}"))?;
+    let Some(docs) = &args.docs else { return Ok(()) };
+    page::check(docs).map_err(|e| format!("--docs {e}"))
+}
+
+/// Writes each result for itself; says on standard error what could not be written, and whether nothing was
+/// amiss.
+fn write(args: &Args, table: &Table) -> bool {
+    let [csv, svg, png] = files(args);
+    let mut faults = data::write_each("--out", &[(csv, table.csv().into_bytes())]);
+    match plot::draw(&picture::Chart(table), picture::size(table)) {
+        Ok([drawn_svg, drawn_png]) => {
+            if let Some(docs) = &args.docs {
+                match page::documents(docs, table, drawn_png.clone()) {
+                    Ok(files) => faults.extend(data::write_each("--docs", &files)),
+                    Err(error) => faults.push(format!("--docs {error}")),
+                }
+            }
+            faults.extend(data::write_each("--out", &[(svg, drawn_svg), (png, drawn_png)]));
+        }
+        Err(error) => faults.push(error.to_string()),
     }
-    println!("\n{}", page::text(&table));
-    println!("{} rows in {:.0} s:", table.rows.len(), began.elapsed().as_secs_f64());
-    for file in [&csv, &pictures[0], &pictures[1]] {
-        println!("{}", file.display());
-    }
-    Ok(())
+    faults.iter().for_each(|fault| say::error(fault));
+    faults.is_empty()
 }
 
 /// Runs every point of a scene that the engine takes.
@@ -108,14 +142,14 @@ fn measure(scene: &Scene, effort: Effort) -> Vec<Row> {
     let mut rows = vec![];
     for point in (scene.points)(effort) {
         if let Some(reason) = scenes::refusal(&point.setting) {
-            println!("{}: {} left out: {reason}", scene.name, point.label());
+            say::line(&format!("{}: {} left out: {reason}", scene.name, point.label()));
             continue;
         }
         let began = Instant::now();
         let run = (scene.run)(&point.setting);
         let found = scene.panels.iter().zip(&run.errors).map(|(panel, &error)| Row::new(scene, panel, point, error, &run));
         for row in found {
-            println!("{}  {:6.1} s", row.line(), began.elapsed().as_secs_f64());
+            say::line(&format!("{}  {:6.1} s", row.line(), began.elapsed().as_secs_f64()));
             rows.push(row);
         }
     }

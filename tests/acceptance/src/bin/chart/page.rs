@@ -2,13 +2,15 @@
 
 use super::table::{FILE, Table};
 use super::verdict;
-use clay_acceptance::data;
+use bevy_clay::scene::export::whole::check_writable;
 use clay_acceptance::section::{self, Marks};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Where the page holds the section, without these lines.
 const MARKS: Marks<'_> = ["<!-- CHART:BEGIN -->\n", "<!-- CHART:END -->"];
+/// Where the picture stands in the folder of the documents.
+const PICTURE: &str = "images/chart.png";
 
 /// Everything but the picture.
 pub(crate) fn text(table: &Table) -> String {
@@ -24,16 +26,33 @@ fn section(table: &Table) -> String {
     format!("![Error against time](images/chart.png)\n\n{}\n", text(table))
 }
 
-/// Puts the table on record in `docs`, copies the picture to images/chart.png there, and the section between
-/// the marks of EVIDENCE.md.
+/// The page in the folder of the documents.
+fn page(docs: &Path) -> Result<(PathBuf, String), String> {
+    let page = docs.join("EVIDENCE.md");
+    let text = std::fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
+    Ok((page, text))
+}
+
+/// Finds out whether [`documents`] can be made and written.
 ///
 /// # Errors
-/// A file that cannot be read or written, or a page without marks.
-pub(crate) fn write(docs: &Path, table: &Table, picture: &Path) -> Result<(), String> {
-    let fault = |e: std::io::Error| e.to_string();
-    data::write(&docs.join(FILE), &table.record()?).map_err(fault)?;
-    section::write(&docs.join("EVIDENCE.md"), MARKS, &section(table)).map_err(fault)?;
-    std::fs::read(picture).and_then(|bytes| std::fs::write(docs.join("images/chart.png"), bytes)).map_err(fault)
+/// A file that cannot be read or written, or a page without marks, by name.
+pub(crate) fn check(docs: &Path) -> Result<(), String> {
+    let (page, text) = page(docs)?;
+    section::replace(&text, MARKS, "").map_err(|e| format!("{}: {e}", page.display()))?;
+    [docs.join(FILE), page, docs.join(PICTURE)].iter().try_for_each(|file| check_writable(file)).map_err(|e| e.to_string())
+}
+
+/// The documents in `docs`: the table on record, the page with the section between its marks, the picture.
+///
+/// # Errors
+/// A page that cannot be read or has no marks, or a table that JSON cannot hold, by its file.
+pub(crate) fn documents(docs: &Path, table: &Table, png: Vec<u8>) -> Result<Vec<(PathBuf, Vec<u8>)>, String> {
+    let file = docs.join(FILE);
+    let record = table.record().map_err(|e| format!("{}: {e}", file.display()))?;
+    let (page, text) = page(docs)?;
+    let text = section::replace(&text, MARKS, &section(table)).map_err(|e| format!("{}: {e}", page.display()))?;
+    Ok(vec![(file, record.into_bytes()), (page, text.into_bytes()), (docs.join(PICTURE), png)])
 }
 
 #[cfg(test)]
@@ -49,11 +68,10 @@ mod tests {
         let page = std::fs::read_to_string(docs.join("EVIDENCE.md")).expect("the page");
         let rule = "run `cargo run --no-default-features --bin chart -- --redraw --out DIR --docs docs`";
         assert!(section::read(&page, MARKS) == Some(&section(&table)), "docs/EVIDENCE.md is not what docs/data says: {rule}");
-        let folder = tempfile::tempdir().expect("a folder");
         let size = super::super::picture::size(&table);
-        let [_, drawn] = plot::write(&super::super::picture::Chart(&table), &folder.path().join("chart"), size).expect("drawn");
-        let [drawn, shown] = [drawn, docs.join("images/chart.png")].map(|file| std::fs::read(file).expect("a picture"));
-        assert!(drawn == shown, "docs/images/chart.png is not what docs/data says: {rule}");
+        let [_, drawn] = plot::draw(&super::super::picture::Chart(&table), size).expect("drawn");
+        let shown = std::fs::read(docs.join(PICTURE)).expect("a picture");
+        assert!(drawn == shown, "docs/{PICTURE} is not what docs/data says: {rule}");
         let text = std::fs::read_to_string(docs.join(FILE)).expect("the record");
         assert!(table.record().as_deref() == Ok(&text), "docs/{FILE} is not as the program writes it: {rule}");
     }

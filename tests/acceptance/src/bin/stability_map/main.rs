@@ -8,21 +8,21 @@
 //! or given up, a particle's stretch left 0.05 .. 20, a number is not finite, or the energy that the tool did
 //! not bring grew beyond 1.5 times the first.
 //!
-//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does. 2: bad arguments, or
-//! the files cannot be written.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool prints where its files are, and errors")]
+//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does, or a file could not be
+//! written. 2: bad arguments, or a place that takes no file: nothing was run.
 
 mod picture;
 
+use bevy_clay::scene::export::whole::check_writable;
 use bevy_clay::sim::planner::STEP_FRACTION;
 use bevy_clay::sim::prelude::*;
 use clap::Parser;
 use clay_acceptance::cases::collapse::{Collapse, Touch};
-use clay_acceptance::plot;
+use clay_acceptance::{data, plot, say};
 use picture::Map;
 use rayon::prelude::*;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Maps where a run blows up, over step, stiffness and tool speed.
@@ -216,11 +216,38 @@ fn csv(axes: &Axes, results: &[(Point, End, f64)]) -> String {
     text
 }
 
+/// The table and the picture.
+fn files(out: &Path) -> [PathBuf; 3] {
+    let stem = out.join("stability_map");
+    let [svg, png] = plot::files(&stem);
+    [stem.with_extension("csv"), svg, png]
+}
+
+/// Makes the folder and finds out whether every file could be written.
+fn check(out: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(out).map_err(|e| format!("--out {}: {e}", out.display()))?;
+    files(out).iter().try_for_each(|file| check_writable(file)).map_err(|e| format!("--out {e}"))
+}
+
+/// Writes each file for itself; says on standard error what could not be written, and whether nothing was
+/// amiss.
+fn write(out: &Path, axes: &Axes, results: &[(Point, End, f64)]) -> bool {
+    let [table, svg, png] = files(out);
+    let mut faults = data::write_each("--out", &[(table, csv(axes, results).into_bytes())]);
+    let map = Map { axes, laws: LAWS.map(|l| l.name), results };
+    match plot::draw(&map, map.size()) {
+        Ok([drawn_svg, drawn_png]) => faults.extend(data::write_each("--out", &[(svg, drawn_svg), (png, drawn_png)])),
+        Err(error) => faults.push(error.to_string()),
+    }
+    faults.iter().for_each(|fault| say::error(fault));
+    faults.is_empty()
+}
+
 fn main() -> ExitCode {
     let args = Args::parse();
     let axes = Axes::new(args.quick);
-    if let Err(error) = std::fs::create_dir_all(&args.out) {
-        eprintln!("error: --out {}: {error}", args.out.display());
+    if let Err(error) = check(&args.out) {
+        say::error(&error);
         return ExitCode::from(2);
     }
     let results: Vec<(Point, End, f64)> = axes
@@ -231,28 +258,14 @@ fn main() -> ExitCode {
             (point, end, growth)
         })
         .collect();
-    let stem = args.out.join("stability_map");
-    let table = stem.with_extension("csv");
-    if let Err(error) = std::fs::write(&table, csv(&axes, &results)) {
-        eprintln!("error: --out {}: {error}", table.display());
-        return ExitCode::from(2);
-    }
-    let map = Map { axes: &axes, laws: LAWS.map(|l| l.name), results: &results };
-    let files = match plot::write(&map, &stem, map.size()) {
-        Ok(files) => files,
-        Err(error) => {
-            eprintln!("error: --out {}: {error}", args.out.display());
-            return ExitCode::from(2);
-        }
-    };
-    println!("{}", table.display());
-    files.iter().for_each(|f| println!("{}", f.display()));
+    let is_written = write(&args.out, &axes, &results);
+    files(&args.out).iter().for_each(|f| say::line(&f.display().to_string()));
     let blown = |law: usize| {
         let at = |p: &Point, end: End| p.law == law && axes.steps[p.step] <= STEP_FRACTION + 1e-9 && end != End::Sound;
         results.iter().filter(|(p, end, _)| at(p, *end)).count()
     };
     for (law, Law { name, .. }) in LAWS.iter().enumerate() {
-        println!("law {name}: {} runs blew up at up to {STEP_FRACTION} of the limit", blown(law));
+        say::line(&format!("law {name}: {} runs blew up at up to {STEP_FRACTION} of the limit", blown(law)));
     }
-    if blown(0) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if is_written & say::was_heard() && blown(0) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -44,14 +44,13 @@ struct Methods<'a>(Vec<&'a Record>);
 /// The PNG of the rows on record.
 ///
 /// # Errors
-/// A picture that cannot be painted or written.
+/// A picture that cannot be painted.
 pub(crate) fn draw(records: &[Record]) -> Result<Vec<u8>, String> {
     let is_shown = |r: &&Record| r.group == "cut methods" && r.run.size == Size::Full;
     let methods = Methods(records.iter().filter(is_shown).collect());
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let size = (PANEL.0 * PANELS.len() as u32, PANEL.1 + LEGEND);
-    let [_, png] = plot::write(&methods, &folder.path().join(NAME), size).map_err(|e| e.to_string())?;
-    std::fs::read(png).map_err(|e| e.to_string())
+    let [_, png] = plot::draw(&methods, size).map_err(|e| e.to_string())?;
+    Ok(png)
 }
 
 impl Methods<'_> {

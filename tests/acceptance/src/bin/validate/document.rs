@@ -11,10 +11,10 @@ use clay_acceptance::section::{self, Marks};
 use std::fmt::Write as _;
 
 /// Where EVIDENCE.md holds the summary.
-pub(crate) const MARKS: Marks<'static> = ["<!-- VALIDATE:BEGIN -->\n", "<!-- VALIDATE:END -->"];
+const MARKS: Marks<'static> = ["<!-- VALIDATE:BEGIN -->\n", "<!-- VALIDATE:END -->"];
 
 /// The summary of the rows on record.
-pub(crate) fn summary(records: &[Record], known: &[KnownMiss]) -> String {
+fn summary(records: &[Record], known: &[KnownMiss]) -> String {
     let mut text =
         "| case | rows | exact answer | nearest to its limit | published | run |\n|---|---|---|---|---|---|\n".to_owned();
     let mut misses = String::new();
@@ -42,9 +42,14 @@ fn marks(table: &str) -> [String; 2] {
     ["BEGIN", "END"].map(|end| format!("<!-- RESULTS {table}:{end} -->\n"))
 }
 
+/// The page with what is on record of both kinds.
+pub(crate) fn page(page: &str, records: &[Record], known: &[KnownMiss], results: &[Outcome]) -> Result<String, String> {
+    with_tables(section::replace(page, MARKS, &summary(records, known))?, results)
+}
+
 /// The page with the tables of results of other commands as they are on record; an error names a table that
 /// the page has no marks for.
-pub(crate) fn with_tables(mut page: String, results: &[Outcome]) -> Result<String, String> {
+fn with_tables(mut page: String, results: &[Outcome]) -> Result<String, String> {
     let mut names: Vec<&str> = results.iter().map(|r| r.table.as_str()).collect();
     names.dedup();
     for name in names {
@@ -56,7 +61,7 @@ pub(crate) fn with_tables(mut page: String, results: &[Outcome]) -> Result<Strin
             let _ = writeln!(text, "| {} | {} |", cells.join(" | "), row.run.words());
         }
         let [begin, end] = marks(name);
-        page = section::replace(&page, [&begin, &end], &text).ok_or_else(|| format!("no {} and end", begin.trim()))?;
+        page = section::replace(&page, [&begin, &end], &text)?;
     }
     Ok(page)
 }

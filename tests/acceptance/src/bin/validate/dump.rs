@@ -25,11 +25,13 @@ const PARTICLE_BALL: f64 = 14.63;
 /// Radius of the large ball [nodes].
 const LARGE_BALL: f64 = 80.0;
 
-/// Writes into `folder`, which is made if missing; `ours.json` holds our figures: `files` with the volume
+/// The file of our own figures.
+pub(crate) const OURS: &str = "ours.json";
+
+/// Writes into `folder`; [`OURS`] holds our figures: `files` with the volume
 /// that each should have [m^3], `times` [ms].
 pub(crate) fn write(folder: &Path, size: Size) -> Result<(), String> {
     let fault = |e: std::io::Error| format!("--dump {}: {e}", folder.display());
-    fs::create_dir_all(folder).map_err(fault)?;
     let mut files = vec![];
     for (name, mesh, bodies) in [("bunny", bunny(folder, size.pick(0.0025, 0.002, 0.001)), 1), ("cut", cut_block(), 2)] {
         for format in ExportFormat::ALL {
@@ -63,7 +65,7 @@ pub(crate) fn write(folder: &Path, size: Size) -> Result<(), String> {
         times.push(row);
     }
     let ours = json!({"files": files, "times": times, "threads": std::thread::available_parallelism().map_or(1, usize::from)});
-    fs::write(folder.join("ours.json"), format!("{ours:#}\n")).map_err(fault)
+    fs::write(folder.join(OURS), format!("{ours:#}\n")).map_err(fault)
 }
 
 fn row(case: &str, data: &str, mesh: &Mesh, times: Times, exact: f64) -> Value {
