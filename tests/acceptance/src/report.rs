@@ -1,5 +1,6 @@
 //! Rows of a validation run, and the list of known misses they are judged against.
 
+use crate::lab::Size;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 
@@ -66,9 +67,40 @@ impl Row {
     }
 }
 
+/// The list of known misses.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownMisses {
+    /// Rows of `validate`.
+    pub rows: Vec<KnownMiss>,
+    /// Figures of other commands, which no program compares.
+    pub by_hand: Vec<MissByHand>,
+}
+
+/// A figure that a person read off a command and found beyond its limit.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MissByHand {
+    /// The command that prints it.
+    pub command: String,
+    /// What it is, with its unit.
+    pub figure: String,
+    /// What it has to be at most.
+    pub limit: f64,
+    /// What it was.
+    pub value: f64,
+    /// Why it is so.
+    pub reason: String,
+}
+
 /// A miss that is known and written down.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct KnownMiss {
+    /// The name of the case that the row is of.
+    pub group: String,
+    /// The sizes in which the case has the row.
+    pub sizes: Vec<Size>,
     /// The row's case.
     pub case: String,
     /// The limit it misses: a changed limit needs a new look.
@@ -108,26 +140,37 @@ pub fn judge<'a>(row: &Row, known: &'a [KnownMiss]) -> Verdict<'a> {
     }
 }
 
+/// The known misses of the case `group` in this size that are not among its rows.
+pub fn unmet<'a>(known: &'a [KnownMiss], group: &str, size: Size, rows: &[Row]) -> Vec<&'a KnownMiss> {
+    let is_due = |k: &&KnownMiss| k.group == group && k.sizes.contains(&size);
+    known.iter().filter(is_due).filter(|k| rows.iter().all(|row| row.case != k.case)).collect()
+}
+
 /// Reads the list of known misses.
 ///
 /// # Errors
 /// Text that is not such a list.
-pub fn parse_known(text: &str) -> Result<Vec<KnownMiss>, ron::error::SpannedError> {
+pub fn parse_known(text: &str) -> Result<KnownMisses, ron::error::SpannedError> {
     ron::from_str(text)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::CASES;
 
     fn known() -> Vec<KnownMiss> {
         parse_known(
-            r#"[
-                (case: "offset", limit: 0.5, value: 0.8, reason: "nodes reach far"),
-                (case: "order", limit: 1.8, value: 1.5, reason: "f32"),
-            ]"#,
+            r#"(
+                rows: [
+                    (group: "tool", sizes: [quick, full], case: "offset", limit: 0.5, value: 0.8, reason: "nodes reach far"),
+                    (group: "wave", sizes: [full], case: "order", limit: 1.8, value: 1.5, reason: "f32"),
+                ],
+                by_hand: [],
+            )"#,
         )
         .expect("a sound list")
+        .rows
     }
 
     #[test]
@@ -161,6 +204,25 @@ mod tests {
     #[test]
     fn listed_miss_with_another_limit_fails_the_run() {
         assert!(matches!(judge(&Row::at_most("offset", 0.8, "cells", 0.6), &known()), Verdict::Fail(_)));
+    }
+
+    /// A miss whose row is gone is told by the runs that had the row, and by no others.
+    #[test]
+    fn listed_miss_that_no_row_meets_is_told() {
+        let (known, rows) = (known(), [Row::at_most("offset", 0.8, "cells", 0.5)]);
+        let unmet = |group, size, rows| unmet(&known, group, size, rows).iter().map(|k| &*k.case).collect::<Vec<_>>();
+        assert_eq!((unmet("tool", Size::Quick, &rows), unmet("tool", Size::Quick, &[])), (vec![], vec!["offset"]));
+        assert_eq!((unmet("wave", Size::Quick, &rows), unmet("wave", Size::Full, &rows)), (vec![], vec!["order"]));
+    }
+
+    /// What is listed is of a case there is, in a size that `validate` runs.
+    #[test]
+    fn listed_misses_are_of_cases() {
+        let known = parse_known(include_str!("../../../docs/known_misses.ron")).expect("a sound list");
+        for miss in known.rows {
+            assert!(CASES.iter().any(|case| case.name == miss.group), "{}: no case {}", miss.case, miss.group);
+            assert!(!miss.sizes.is_empty() && !miss.sizes.contains(&Size::Test), "{}: {:?}", miss.case, miss.sizes);
+        }
     }
 
     /// A value that could not be measured is neither a pass nor a known miss.
