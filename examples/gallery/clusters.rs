@@ -72,7 +72,6 @@ mod tests {
         let published = volumes(&published);
         assert!(published.iter().rev().skip(1).all(|v| *v < 1.0), "{published:?}");
         let ours = volumes(&ours);
-        println!("{published:.2?} {ours:.2?} {particles}");
         assert_eq!(
             ours.len(),
             1 + 2 + 4 + 8 + 1 + 1,

@@ -4,9 +4,10 @@
 //! Each clay is sculpted by the CPU engine first; then the plugin shows it as it does in an app, its surface
 //! made on the graphics device. Exit code 1: a picture could not be made, or the clay is not in the pieces
 //! that it was cut into.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
 
 mod clusters;
+#[path = "../headless/say.rs"]
+mod say;
 mod scenes;
 mod stage;
 #[path = "../studio/mod.rs"]
@@ -41,11 +42,11 @@ fn main() -> ExitCode {
     });
     match drawn {
         Ok(files) => {
-            files.iter().for_each(|file| println!("picture: {}", file.display()));
+            files.iter().for_each(|file| say::line(&format!("picture: {}", file.display())));
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            say::error(&error);
             ExitCode::FAILURE
         }
     }
@@ -63,10 +64,11 @@ fn shots(args: &Args) -> Result<Vec<Shot>, String> {
         for &name in scene.pictures.iter().filter(|name| is_asked(name)) {
             let subject = if name.ends_with("equation_9") {
                 let mesh = extract(&clay.surface, &SurfaceSettings::equation_9());
-                println!("{name}: {} pieces as Equation 9 shows it, {} in truth", mesh.components().len(), clay.pieces);
+                let shown = mesh.components().len();
+                say::line(&format!("{name}: {shown} pieces as Equation 9 shows it, {} in truth", clay.pieces));
                 Subject::Mesh(mesh)
             } else {
-                println!("{name}: {} pieces", clay.pieces);
+                say::line(&format!("{name}: {} pieces", clay.pieces));
                 Subject::Clay(Box::new(clay.snapshot.clone()))
             };
             shots.push(Shot { name, subject, views: scene.views, room: None });
@@ -78,7 +80,7 @@ fn shots(args: &Args) -> Result<Vec<Shot>, String> {
     for (name, (way, mesh)) in
         [("fig4_equation_9", published), ("fig4_grains", ours)].into_iter().filter(|(name, _)| is_asked(name))
     {
-        println!("{name}: {} pieces by {way}", mesh.components().len());
+        say::line(&format!("{name}: {} pieces by {way}", mesh.components().len()));
         shots.push(Shot { name, subject: Subject::Mesh(mesh), views: &CLUSTERS_VIEW, room });
     }
     if shots.is_empty() {

@@ -14,6 +14,7 @@
 //! | `hud`    | keys, bar of tools, help                          |
 //! | `script` | a stroke without a mouse                          |
 //! | `watch`  | answers, what strokes left behind, the last check |
+//! | `say`    | lines for the terminal; as in `headless`          |
 //!
 //! Exit code 2: bad arguments or scene, in one line; 1: the check at the end failed; 0: all is well.
 
@@ -21,6 +22,8 @@ mod args;
 mod hud;
 mod pace;
 mod pick;
+#[path = "../headless/say.rs"]
+mod say;
 mod screen;
 mod script;
 mod stage;
@@ -53,7 +56,7 @@ fn main() -> AppExit {
     let (args, start) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => {
-            watch::complain(&error);
+            say::error(&error);
             return AppExit::from_code(2);
         }
     };
@@ -122,7 +125,7 @@ fn set_up(
     let snapshot = match start.snapshot(is_fast) {
         Ok(snapshot) => snapshot,
         Err(error) => {
-            watch::complain(&error);
+            say::error(&error);
             exit.write(AppExit::from_code(2));
             return;
         }

@@ -3,6 +3,7 @@
 use crate::args::Args;
 use crate::pace::Pace;
 use crate::pick;
+use crate::say;
 use crate::stroke::{Done, StrokeNews, Work};
 use crate::tools::ToolKind;
 use bevy::prelude::*;
@@ -203,7 +204,7 @@ pub(crate) fn end(
     watch.is_closing = true;
     let faults = faults(&args, &status, &watch);
     summary(&status, &watch);
-    faults.iter().for_each(|fault| complain(&format!("check failed: {fault}")));
+    faults.iter().for_each(|fault| say::error(&format!("check failed: {fault}")));
     let code = if faults.is_empty() { AppExit::Success } else { AppExit::error() };
     let Some(path) = args.screenshot.clone() else {
         exit.write(code);
@@ -216,7 +217,7 @@ pub(crate) fn end(
         if path.exists() {
             exit.write(code.clone());
         } else {
-            complain(&format!("{}: the picture could not be written", path.display()));
+            say::error(&format!("{}: the picture could not be written", path.display()));
             exit.write(AppExit::error());
         }
     };
@@ -252,13 +253,6 @@ fn summary(status: &ClayStatus, watch: &Watch) {
 }
 
 /// A line for the terminal.
-#[expect(clippy::print_stdout, reason = "a program for the terminal too")]
 pub(crate) fn say(line: &str) {
-    println!("sculpt: {line}");
-}
-
-/// A line about what went wrong.
-#[expect(clippy::print_stderr, reason = "a program for the terminal too")]
-pub(crate) fn complain(line: &str) {
-    eprintln!("error: {line}");
+    say::line(&format!("sculpt: {line}"));
 }
