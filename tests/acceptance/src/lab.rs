@@ -241,12 +241,14 @@ pub fn engine(threads: usize) -> Box<dyn Engine> {
     }
 }
 
-/// An engine with clay in it and the plan of its next frame.
+/// An engine with clay in it and the plan of its next frame: the case dictates step and method, the planner
+/// numbers the frames, deals sheets to blades and takes the reports in, as it does for apps and scenes.
 pub struct Lab {
     /// The engine.
     pub engine: Box<dyn Engine>,
-    /// What the next frame is made from; `steps` and `tools` are filled in.
+    /// What the next frame is made from; `id`, `steps` and `tools` are filled in.
     pub plan: FramePlan,
+    planner: Planner,
 }
 
 impl Lab {
@@ -259,27 +261,33 @@ impl Lab {
     pub fn with_threads(snapshot: &Snapshot, dt: f64, threads: usize) -> Self {
         let mut engine = engine(threads);
         engine.load(snapshot).expect("the clay loads");
-        Self { engine, plan: FramePlan { outputs: FrameOutputs::ALL, ..FramePlan::new(snapshot.material, dt, 1) } }
+        let plan = FramePlan { outputs: FrameOutputs::ALL, ..FramePlan::new(snapshot.material, dt, 1) };
+        Self { engine, plan, planner: Planner::new(snapshot) }
     }
 
     /// Runs a frame of `steps` substeps with `tools`.
-    pub fn frame_with(&mut self, steps: u32, tools: Vec<ToolPath>) -> FrameReport {
-        self.plan.id += 1;
-        self.plan.steps = steps;
-        self.plan.tools = tools;
+    pub fn frame_with(&mut self, steps: u32, tools: &[ToolPath]) -> FrameReport {
+        let duration = self.plan.dt * f64::from(steps);
+        let Decision::Run(FramePlan { id, tools, .. }) = self.planner.frame(&self.plan.material, duration, tools) else {
+            unreachable!("no frame is under way");
+        };
+        (self.plan.id, self.plan.steps, self.plan.tools) = (id, steps, tools);
         self.engine.submit(self.plan.clone()).expect("a sound plan");
-        self.engine.wait().expect("the engine runs")
+        self.planner.sent();
+        let mut report = self.engine.wait().expect("the engine runs");
+        self.planner.note(&mut report);
+        report
     }
 
     /// Runs a frame of `steps` substeps without tools.
     pub fn frame(&mut self, steps: u32) -> FrameReport {
-        self.frame_with(steps, vec![])
+        self.frame_with(steps, &[])
     }
 
     /// Runs a frame of `steps` substeps with one tool that moves on.
     pub fn frame_moving(&mut self, steps: u32, mover: &mut Mover) -> FrameReport {
         let path = mover.path(self.plan.dt * f64::from(steps));
-        self.frame_with(steps, vec![path])
+        self.frame_with(steps, &[path])
     }
 
     /// The clay now, particles by id.

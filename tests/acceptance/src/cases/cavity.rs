@@ -133,7 +133,7 @@ pub fn expansion(size: Size) -> Vec<Row> {
         let radius = START + growth * time * f64::from(frame) / DX;
         let ball = Mover::new(&domain, ToolShape::Sphere { radius }, contact, DVec3::ZERO, DQuat::IDENTITY);
         let path = ToolPath::still(1, ball.tool, ball.pose);
-        let report = lab.frame_with(steps, vec![path]);
+        let report = lab.frame_with(steps, &[path]);
         health.insert(report.health);
     }
     let (from, to) = (1.5 * END, 2.0 * END);

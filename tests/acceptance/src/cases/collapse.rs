@@ -93,7 +93,7 @@ impl Collapse {
         self.pose.position.y -= speed * duration;
         let sample = |time, pose| PoseSample { time, pose };
         let samples = vec![sample(0.0, start), sample(duration, self.pose)];
-        let report = self.lab.frame_with(steps, vec![ToolPath { id: 1, tool: self.tool, sheet: 0, samples }]);
+        let report = self.lab.frame_with(steps, &[ToolPath { id: 1, tool: self.tool, sheet: 0, samples }]);
         self.tool_work += report.tools.first().map_or(0.0, |t| t.impulse.y * speed);
         report
     }

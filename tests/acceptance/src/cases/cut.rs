@@ -96,10 +96,10 @@ impl Press {
         let sample = |time, at| PoseSample { time, pose: pose(at) };
         let samples = vec![sample(0.0, from), sample(self.lab.plan.dt * f64::from(steps), self.plates[1])];
         let path = ToolPath { id: 2, tool, sheet: 0, samples };
-        self.run(steps, vec![still.clone(), path]);
+        self.run(steps, &[still.clone(), path]);
         let held = ToolPath::still(2, tool, pose(self.plates[1]));
-        self.run(steps, vec![still.clone(), held.clone()]);
-        self.run(20, vec![still, held]).tools[1].force
+        self.run(steps, &[still.clone(), held.clone()]);
+        self.run(20, &[still, held]).tools[1].force
     }
 
     /// Normal of the cut as it is now: of the best planes through the particles that were beside it.
@@ -113,7 +113,7 @@ impl Press {
         (of_side(1) + of_side(-1)).normalize()
     }
 
-    fn run(&mut self, steps: u32, tools: Vec<ToolPath>) -> FrameReport {
+    fn run(&mut self, steps: u32, tools: &[ToolPath]) -> FrameReport {
         let report = self.lab.frame_with(steps, tools);
         self.welded += report.welded;
         report
@@ -123,7 +123,7 @@ impl Press {
     fn wait(&mut self, time: f64, steps: u32) {
         let tools = self.lab.plan.tools.clone();
         for _ in 0..(time / self.lab.plan.dt / f64::from(steps)).ceil() as u32 {
-            self.run(steps, tools.clone());
+            self.run(steps, &tools);
         }
     }
 }

@@ -111,7 +111,7 @@ fn far_tool() -> Vec<Row> {
             let pose = Pose { position: DVec3::new(distance, -distance, 0.5 * distance), rotation: DQuat::from_rotation_x(0.3) };
             ToolPath::still(1, Tool { shape: shape.scaled(DX), contact: Contact::Stick }, pose)
         };
-        let report = lab.frame_with(50, shape.map(tool).into_iter().collect());
+        let report = lab.frame_with(50, &shape.map(tool).into_iter().collect::<Vec<_>>());
         let contacts: u64 = report.tools.iter().map(|t| t.contacts + t.tagged).sum();
         (lab.particles(), report.health.is_ok() && contacts == 0)
     };
@@ -141,8 +141,8 @@ fn empty() -> Vec<Row> {
             mover
         });
         let duration = 50.0 * lab.plan.dt;
-        let paths = movers.map(|mut m| m.path(duration)).collect();
-        lab.frame_with(50, paths)
+        let paths: Vec<_> = movers.map(|mut m| m.path(duration)).collect();
+        lab.frame_with(50, &paths)
     };
     let mut none = clay(vec![]);
     let report = tools(&mut none);

@@ -35,8 +35,8 @@ fn busy_scene(threads: usize, frames: u32, order: u64) -> u64 {
     blade.id = 2;
     for _ in 0..frames {
         let duration = 20.0 * lab.plan.dt;
-        let tools = vec![ball.path(duration), blade.path(duration)];
-        lab.frame_with(20, tools);
+        let tools = [ball.path(duration), blade.path(duration)];
+        lab.frame_with(20, &tools);
     }
     let mut hasher = DefaultHasher::new();
     bytemuck::cast_slice::<Particle, u8>(&lab.particles()).hash(&mut hasher);

@@ -28,7 +28,7 @@ fn settled(edge: i32, steps: u32) -> Lab {
     let half = f64::from(edge) * DX;
     let pose = Pose { position: domain.to_world(centre + DVec3::X * 0.3), rotation: along_x() };
     let blade = Tool { shape: ToolShape::Blade { half_width: half, half_height: half }, contact: Contact::Slip };
-    lab.frame_with(1, vec![ToolPath::still(1, blade, pose)]);
+    lab.frame_with(1, &[ToolPath::still(1, blade, pose)]);
     lab.plan.gravity = DVec3::NEG_Y * 9.81;
     lab.plan.validation.damping = DAMPING / dt;
     lab.frame(steps);

@@ -39,7 +39,7 @@ fn settled(cube: &CutCube, map: DMat3, steps: u32, random: &mut Random) -> (Vec<
     let particles = cube.points.iter().zip(0..).map(|(p, id)| Particle::at(*p, volume, id)).collect();
     let dt = stable_step(&material) * CELL / crate::lab::DX;
     let mut lab = Lab::new(&snapshot(domain(30.0), material, particles), dt);
-    lab.frame_with(1, (0..cube.cuts.len()).map(|i| blade(cube, i)).collect());
+    lab.frame_with(1, &(0..cube.cuts.len()).map(|i| blade(cube, i)).collect::<Vec<_>>());
     let mut particles = lab.particles();
     let speed = SHAKE * material.wave_speed(material.density);
     for (p, at) in particles.iter_mut().zip(&cube.points) {
