@@ -19,7 +19,7 @@ pub struct Run {
     pub adapter: Option<String>,
     /// The day, UTC.
     pub date: String,
-    /// The commit of the source.
+    /// The commit of the source, `-dirty` behind it where the source was not as in that commit.
     pub commit: Option<String>,
 }
 

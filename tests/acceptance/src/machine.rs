@@ -1,5 +1,6 @@
 //! What figures were measured on.
 
+use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,10 +11,17 @@ pub fn processor() -> String {
     model.map_or_else(|| std::env::consts::ARCH.to_owned(), |m| m.1.trim().to_owned())
 }
 
-/// The commit of the source, if it is in a repository.
+/// The commit of the source, if it is in a repository; `-dirty` stands behind it where files are not as in
+/// that commit, those of the documents aside: a run that goes on record changes them.
 pub fn commit() -> Option<String> {
-    let out = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR"), "rev-parse", "--short", "HEAD"]).output().ok()?;
-    out.status.success().then(|| String::from_utf8_lossy(&out.stdout).trim().to_owned())
+    commit_of(Path::new(env!("CARGO_MANIFEST_DIR")))
+}
+
+fn commit_of(folder: &Path) -> Option<String> {
+    let git = |arguments: &[&str]| Command::new("git").arg("-C").arg(folder).args(arguments).output().ok();
+    let head = git(&["rev-parse", "--short", "HEAD"]).filter(|out| out.status.success())?;
+    let is_clean = git(&["diff", "--quiet", "HEAD", "--", ":/", ":(top,exclude)docs"])?.status.success();
+    Some(String::from_utf8_lossy(&head.stdout).trim().to_owned() + if is_clean { "" } else { "-dirty" })
 }
 
 /// Today, UTC.
@@ -35,6 +43,30 @@ fn date(seconds: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Figures of source that is in no commit do not pass for that of the last one.
+    #[test]
+    fn changed_source_is_told_from_its_commit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |file: &str, text: &str| std::fs::write(folder.path().join(file), text).expect("written");
+        let git = |arguments: &[&str]| {
+            let who = ["-c", "user.name=n", "-c", "user.email=e", "-c", "commit.gpgsign=false"];
+            let status = Command::new("git").arg("-C").arg(folder.path()).args(who).args(arguments).status().expect("git");
+            assert!(status.success(), "{arguments:?}");
+        };
+        assert_eq!(commit_of(folder.path()), None);
+        std::fs::create_dir_all(folder.path().join("docs")).expect("a folder");
+        ["source", "docs/record"].into_iter().for_each(|file| write(file, "old"));
+        git(&["init", "--quiet"]);
+        git(&["add", "."]);
+        git(&["commit", "--quiet", "--message", "m"]);
+        let clean = commit_of(folder.path()).expect("a commit");
+        assert!(clean.len() >= 7 && clean.chars().all(|c| c.is_ascii_hexdigit()), "{clean}");
+        write("docs/record", "new");
+        assert_eq!(commit_of(&folder.path().join("docs")), Some(clean.clone()));
+        write("source", "new");
+        assert_eq!(commit_of(&folder.path().join("docs")), Some(clean + "-dirty"));
+    }
 
     #[test]
     fn dates_are_civil() {

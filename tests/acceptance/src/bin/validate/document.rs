@@ -34,7 +34,12 @@ fn summary(records: &[Record], known: &[KnownMiss]) -> String {
     if misses.is_empty() {
         misses.push_str("None.\n");
     }
-    format!("{text}\nMisses:\n\n{misses}\n![{TITLE}](images/{NAME}.png)\n\n")
+    let unknown = records.iter().filter(|r| r.run.commit.is_none()).count();
+    let unknown = match unknown {
+        0 => String::new(),
+        _ => format!("\nThe commit of {unknown} of the {} rows on record is not known.\n", records.len()),
+    };
+    format!("{text}{unknown}\nMisses:\n\n{misses}\n![{TITLE}](images/{NAME}.png)\n\n")
 }
 
 /// The marks of a table of results of other commands.
@@ -175,6 +180,16 @@ mod tests {
             "{line}"
         );
         assert!(line.ends_with("| full, native, 2026-01-02 |") && text.contains("\nNone.\n"), "{text}");
+    }
+
+    #[test]
+    fn rows_of_unknown_commits_are_counted() {
+        let mut rows = [1.0, 2.0, 3.0].map(|value| record(Row::figure("bar: time", value, "s"), Size::Full));
+        rows[1].run.commit = Some("abc".into());
+        let text = summary(&rows, &[]);
+        assert!(text.contains("\nThe commit of 2 of the 3 rows on record is not known.\n"), "{text}");
+        rows.iter_mut().for_each(|r| r.run.commit = Some("abc".into()));
+        assert!(!summary(&rows, &[]).contains("not known"));
     }
 
     #[test]
