@@ -32,9 +32,9 @@ fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: 
     Ok(())
 }
 
-/// From the clay's top down into it, round in a circle, and up again, every 8 seconds.
+/// From the clay's top down into it, round in a circle, and up again, every 4 seconds.
 fn press(time: Res<Time>, mut ball: Single<&mut Transform, With<SculptTool>>) {
-    let angle = 1.5 + time.elapsed_secs() * std::f32::consts::TAU / 8.0;
+    let angle = 1.5 + time.elapsed_secs() * std::f32::consts::TAU / 4.0;
     ball.translation = Vec3::new(0.014 * angle.sin(), 0.037 + 0.008 * angle.cos(), 0.014 * angle.cos());
 }
 

@@ -179,17 +179,24 @@ fn change_of_engine_keeps_the_state() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The device is lost while the clay moves away from it: it goes on from what was kept.
-fn clay_leaves_a_device_that_is_lost() -> Result<(), Failed> {
+/// An engine that stops while the clay moves away from it: the clay goes on from what was kept.
+fn clay_leaves_an_engine_that_stops() -> Result<(), Failed> {
     let mut app = app();
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
     run(&mut app, clay, 0.05)?;
     app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").engine = EngineChoice::Native;
-    app.world().resource::<RenderDevice>().wgpu_device().clone().destroy();
+    commit_fault(&app, "clay:fault");
     settle(&mut app, "the native engine", |world| status(world, clay).engine.starts_with("native"))?;
     let before = status(app.world(), clay).time;
     run(&mut app, clay, 0.02)?;
     check(status(app.world(), clay).time > before + 0.019, "the clay stands")
+}
+
+/// Asks the device for a buffer that there is no room for, by this name.
+fn commit_fault(app: &App, label: &str) {
+    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
+    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::STORAGE;
+    let _ = device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size: 1 << 60, usage, mapped_at_creation: false });
 }
 
 /// The app outlives its device: another one is made, and the clay goes on from its last kept state, no
@@ -227,14 +234,7 @@ fn fault_of_the_clay_does_not_end_the_app() -> Result<(), Failed> {
     let mut app = app();
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
     run(&mut app, clay, 0.02)?;
-    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
-    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::STORAGE;
-    let _ = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("clay:fault"),
-        size: 1 << 60,
-        usage,
-        mapped_at_creation: false,
-    });
+    commit_fault(&app, "clay:fault");
     let is_native = |world: &World| status(world, clay).engine.starts_with("native");
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
     settle(&mut app, "the native engine", is_native)?;
@@ -254,14 +254,7 @@ fn fault_of_the_app_goes_to_the_app() -> Result<(), Failed> {
         RenderErrorPolicy::Ignore
     }));
     let clay = spawn(&mut app, EngineChoice::Native)?;
-    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
-    let usage = wgpu::BufferUsages::STORAGE;
-    let _ = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("the app's"),
-        size: 1 << 60,
-        usage,
-        mapped_at_creation: false,
-    });
+    commit_fault(&app, "the app's");
     run(&mut app, clay, 0.02)?;
     check(SEEN.load(Ordering::Relaxed) == 1, format!("seen {} times", SEEN.load(Ordering::Relaxed)))
 }
@@ -367,7 +360,7 @@ fn main() {
     let trials: [(&str, Test); 9] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
-        ("clay_leaves_a_device_that_is_lost", clay_leaves_a_device_that_is_lost),
+        ("clay_leaves_an_engine_that_stops", clay_leaves_an_engine_that_stops),
         ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
         ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
         ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
