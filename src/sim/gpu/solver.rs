@@ -460,7 +460,7 @@ impl Solver {
         }
         frame.health.insert(super::report::trouble(status.flags));
         if frame.redone < REDO_MAX {
-            frame.redone += 1;
+            (frame.redone, frame.retries) = (frame.redone + 1, 0);
             frame.fit(&self.domain, self.mass_max);
             return Ok(None);
         }

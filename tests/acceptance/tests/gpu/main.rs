@@ -132,6 +132,7 @@ fn main() {
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),
         with_engine("frame_behind_a_given_up_one_does_not_run", robust::frame_behind_a_given_up_one_does_not_run),
+        with_engine("fast_blade_is_given_room", robust::fast_blade_is_given_room),
         with_engine("fast_clay_is_redone_with_smaller_steps", robust::fast_clay_is_redone_with_smaller_steps),
         with_engine("bursting_clay_gets_room", robust::bursting_clay_gets_room),
         with_engine("hardly_any_clay_runs", robust::hardly_any_clay_runs),

@@ -2,6 +2,8 @@
 
 use bevy_clay::prelude::*;
 use clay_acceptance::agreement::{self, CELL, Case};
+use clay_acceptance::cases::blade::along_x;
+use clay_acceptance::lab::{Mover, block as block_of, room, wave_step};
 use glam::{DVec3, IVec3};
 use libtest_mimic::Failed;
 
@@ -223,6 +225,26 @@ pub(crate) fn crowded_blocks_repeat(engine: &mut GpuEngine) -> Result<(), Failed
     let first = state()?;
     for run in 0..8 {
         assert!(state()? == first, "run {run}");
+    }
+    Ok(())
+}
+
+/// A blade that meets the clay at 3 cells a substep, which no planner asks for: the sums get as much room after
+/// each halving of the step as before it.
+pub(crate) fn fast_blade_is_given_room(engine: &mut GpuEngine) -> Result<(), Failed> {
+    let domain = room([40, 20, 12], Wall::Slip);
+    let material = ClayMaterial { poisson_ratio: 0.3, ..Preset::SoftClay.material() };
+    let particles = block_of(DVec3::new(6.0, 0.0, 0.0), IVec3::new(28, 16, 12));
+    engine.load(&Snapshot::new(domain, material, particles)).map_err(|e| e.to_string())?;
+    let (dt, blade) = (wave_step(&material, 0.4), ToolShape::Blade { half_width: 3.0, half_height: 6.0 });
+    let contact = Contact::Separate { friction: 0.0 };
+    let mut mover = Mover::new(&domain, blade, contact, DVec3::new(11.03, 8.0, 6.0), along_x());
+    mover.velocity = DVec3::X * 3.0 * domain.cell_width / dt;
+    for id in 0..2 {
+        let plan = FramePlan { id, tools: vec![mover.path(dt)], ..FramePlan::new(material, dt, 1) };
+        engine.submit(plan).map_err(|e| e.to_string())?;
+        let report = engine.wait().map_err(|e| e.to_string())?;
+        assert!(!report.health.contains(Health::GIVEN_UP), "frame {id}: {}, redone {}", report.health, report.redone);
     }
     Ok(())
 }
