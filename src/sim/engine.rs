@@ -45,7 +45,7 @@ pub struct StateTicket(oneshot::Receiver<Deferred<Snapshot>>);
 #[derive(Debug)]
 pub struct StatePromise(oneshot::Sender<Deferred<Snapshot>>);
 
-/// The engine went, or took other clay, before it had handed out the state that was asked for.
+/// The engine stopped, went, or took other clay, before it had handed out the state that was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the engine went before it had handed out its state")]
 pub struct StateLost;
@@ -102,13 +102,13 @@ pub trait Engine: Send {
     /// with it: it was planned for a state that never came.
     ///
     /// # Errors
-    /// A plan that cannot be run, two frames under way, or nothing loaded.
+    /// A plan that cannot be run, two frames under way, nothing loaded, or an engine that has stopped.
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError>;
 
     /// The next report, if a frame has ended since.
     ///
     /// # Errors
-    /// The engine stopped.
+    /// The engine stopped: until other clay is loaded it runs nothing, and no ticket waits for its state.
     fn poll(&mut self) -> Result<Option<FrameReport>, EngineError>;
 
     /// The surface particles at the end of the last reported frame that hands them out, or as loaded. Making
@@ -163,10 +163,13 @@ pub trait Engine: Send {
         }
         let mut ticket = self.request_state()?;
         loop {
-            if let Some(make) = ticket.take().map_err(|lost| EngineError::Stopped(lost.to_string()))? {
+            let taken = ticket.take();
+            if let Ok(Some(make)) = taken {
                 return Ok(make());
             }
+            // An engine that has stopped says why.
             self.poll()?;
+            taken.map_err(|lost| EngineError::Stopped(lost.to_string()))?;
             std::thread::sleep(POLL_EVERY);
         }
     }

@@ -60,6 +60,13 @@ impl Solver {
         self.requests.extend(failed.into_iter().flat_map(|copy| copy.promises));
     }
 
+    /// Forgets who asked: the device hands out no more states.
+    pub(super) fn drop_requests(&mut self) {
+        self.requests.clear();
+        self.frames.iter_mut().for_each(|frame| frame.promises.clear());
+        self.copies.iter_mut().for_each(|copy| copy.promises.clear());
+    }
+
     /// Answers those whose copy of the state has come back, when the frames that led to it are reported.
     pub(super) fn finish_copies(&mut self) -> Result<(), EngineError> {
         while let Some(copy) = self.copies.front().filter(|copy| copy.frame <= self.reported) {

@@ -83,14 +83,38 @@ struct Shared {
     device: GpuDevice,
     /// The passes for each number of classes.
     kernels: Arc<KernelSets>,
-    /// Plans handed in since the last encoding. Never held for long.
-    inbox: Mutex<Vec<(FramePlan, u64)>>,
-    /// Requests for the state since the last encoding. Never held for long.
-    requests: Mutex<Vec<StatePromise>>,
+    /// Never held for long; whoever needs the solver too takes that first.
+    inbox: Mutex<Inbox>,
     /// Held while passes are recorded.
     solver: Mutex<Option<Solver>>,
-    /// What the last encoding could not do.
-    fault: Mutex<Option<GpuError>>,
+}
+
+/// What has come since the last encoding.
+#[derive(Default)]
+struct Inbox {
+    /// Plans, and how many failures were known when each was made.
+    plans: Vec<(FramePlan, u64)>,
+    /// Requests for the state.
+    requests: Vec<StatePromise>,
+    /// Why nothing runs any more, until other clay is loaded.
+    stopped: Option<EngineError>,
+}
+
+impl Shared {
+    fn new(device: GpuDevice, kernels: Arc<KernelSets>) -> Arc<Self> {
+        Arc::new(Self { device, kernels, inbox: Mutex::default(), solver: Mutex::default() })
+    }
+
+    /// Ends it, for the first reason given. `solver` is what the caller has locked. Who waits for a state
+    /// learns at once that it will not come.
+    fn stop(&self, solver: Option<&mut Solver>, reason: EngineError) -> EngineError {
+        let mut inbox = lock(&self.inbox);
+        inbox.requests.clear();
+        if let Some(solver) = solver {
+            solver.drop_requests();
+        }
+        inbox.stopped.get_or_insert(reason).clone()
+    }
 }
 
 /// A panic elsewhere does not make what is locked worse.
@@ -104,12 +128,18 @@ impl GpuLink {
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) -> bool {
         let mut guard = lock(&self.shared.solver);
         let Some(solver) = guard.as_mut() else { return false };
-        lock(&self.shared.inbox).drain(..).for_each(|(plan, failures)| solver.push(plan, failures));
-        lock(&self.shared.requests).drain(..).for_each(|promise| solver.request(promise));
+        {
+            let mut inbox = lock(&self.shared.inbox);
+            if inbox.stopped.is_some() {
+                return false;
+            }
+            inbox.plans.drain(..).for_each(|(plan, failures)| solver.push(plan, failures));
+            inbox.requests.drain(..).for_each(|promise| solver.request(promise));
+        }
         let device = &self.shared.device.device;
         let encoded = guarded(device, "a frame's passes", || solver.encode(encoder, self.share)).and_then(|result| result);
         encoded.unwrap_or_else(|error| {
-            *lock(&self.shared.fault) = Some(error);
+            self.shared.stop(Some(solver), error.into());
             false
         })
     }
@@ -128,8 +158,14 @@ impl GpuLink {
         if let Some(solver) = lock(&self.shared.solver).as_mut()
             && let Err(error) = guarded(&self.shared.device.device, "reading back", || solver.submitted())
         {
-            *lock(&self.shared.fault) = Some(error);
+            self.shared.stop(Some(solver), error.into());
         }
+    }
+
+    /// Stops the engine: what was recorded could not be submitted, or the device is lost. Its next poll says
+    /// so; who waits for a state learns at once that it will not come.
+    pub fn fail(&self, reason: EngineError) {
+        self.shared.stop(lock(&self.shared.solver).as_mut(), reason);
     }
 }
 
@@ -140,16 +176,8 @@ impl GpuEngine {
     /// A device that refuses the shaders.
     pub fn new(device: GpuDevice) -> Result<Self, GpuError> {
         let kernels = Arc::new(KernelSets::new(&device.device)?);
-        let shared = Shared {
-            device,
-            kernels,
-            inbox: Mutex::default(),
-            requests: Mutex::default(),
-            solver: Mutex::default(),
-            fault: Mutex::default(),
-        };
         Ok(Self {
-            link: GpuLink { shared: Arc::new(shared), share: Share::All },
+            link: GpuLink { shared: Shared::new(device, kernels), share: Share::All },
             is_linked: false,
             submissions: Arc::default(),
             pending: 0,
@@ -173,16 +201,9 @@ impl GpuEngine {
     #[must_use]
     pub fn sibling(&self) -> Self {
         let from = &self.link.shared;
-        let shared = Shared {
-            device: from.device.clone(),
-            kernels: from.kernels.clone(),
-            inbox: Mutex::default(),
-            requests: Mutex::default(),
-            solver: Mutex::default(),
-            fault: Mutex::default(),
-        };
+        let shared = Shared::new(from.device.clone(), from.kernels.clone());
         Self {
-            link: GpuLink { shared: Arc::new(shared), share: self.link.share },
+            link: GpuLink { shared, share: self.link.share },
             is_linked: self.is_linked,
             submissions: Arc::default(),
             pending: 0,
@@ -212,11 +233,10 @@ impl GpuEngine {
             if !self.link.encode(&mut encoder) {
                 return;
             }
-            self.submissions.fetch_add(1, Ordering::AcqRel);
             if let Err(error) = guarded(device, "a frame's commands", || queue.submit([encoder.finish()])) {
-                *lock(&self.link.shared.fault) = Some(error);
-                return;
+                return self.link.fail(error.into());
             }
+            self.submissions.fetch_add(1, Ordering::AcqRel);
             let submissions = self.submissions.clone();
             queue.on_submitted_work_done(move || {
                 submissions.fetch_sub(1, Ordering::AcqRel);
@@ -248,9 +268,7 @@ impl Engine for GpuEngine {
         self.pending = 0;
         self.failures = 0;
         let mut guard = lock(&shared.solver);
-        lock(&shared.inbox).clear();
-        lock(&shared.requests).clear();
-        *lock(&shared.fault) = None;
+        *lock(&shared.inbox) = Inbox::default();
         *guard = Some(solver);
         Ok(())
     }
@@ -271,7 +289,12 @@ impl Engine for GpuEngine {
         if self.pending >= PENDING_MAX {
             return Err(EngineError::Busy(self.pending));
         }
-        lock(&self.link.shared.inbox).push((plan, self.failures));
+        let mut inbox = lock(&self.link.shared.inbox);
+        if let Some(reason) = &inbox.stopped {
+            return Err(reason.clone());
+        }
+        inbox.plans.push((plan, self.failures));
+        drop(inbox);
         self.pending += 1;
         self.pump();
         Ok(())
@@ -279,31 +302,33 @@ impl Engine for GpuEngine {
 
     fn poll(&mut self) -> Result<Option<FrameReport>, EngineError> {
         self.handed()?;
-        if let Some(error) = lock(&self.link.shared.fault).take() {
-            return Err(error.into());
+        let shared = &self.link.shared;
+        if let Some(reason) = &lock(&shared.inbox).stopped {
+            return Err(reason.clone());
         }
         // An app's own submissions tell what has ended; asking here would wait for one under way.
-        if !self.is_linked
-            && let Err(error) = self.link.shared.device.device.poll(wgpu::PollType::Poll)
-        {
-            return Err(EngineError::Stopped(format!("the graphics device does not answer: {error}")));
-        }
-        let report = match self.link.shared.solver.try_lock() {
-            Ok(mut guard) => match guard.as_mut() {
-                Some(solver) => {
-                    // Let go of first, so that a staging that nobody reads any more serves again.
-                    self.handed = None;
-                    let report = solver.poll();
-                    self.handed = Some(solver.handed());
-                    self.failures = solver.failures();
-                    report?
-                }
-                None => None,
-            },
+        let asked = if self.is_linked { Ok(()) } else { shared.device.device.poll(wgpu::PollType::Poll).map(drop) };
+        let mut guard = match shared.solver.try_lock() {
+            Ok(guard) => guard,
             // Passes are being recorded: nobody waits for that here.
-            Err(TryLockError::WouldBlock) => None,
-            Err(TryLockError::Poisoned(_)) => return Err(EngineError::Stopped("recording its passes failed".into())),
+            Err(TryLockError::WouldBlock) => return Ok(None),
+            Err(TryLockError::Poisoned(poisoned)) => {
+                let reason = EngineError::Stopped("recording its passes failed".into());
+                return Err(shared.stop(poisoned.into_inner().as_mut(), reason));
+            }
         };
+        let Some(solver) = guard.as_mut() else { return Ok(None) };
+        if let Err(error) = asked {
+            let reason = EngineError::Stopped(format!("the graphics device does not answer: {error}"));
+            return Err(shared.stop(Some(solver), reason));
+        }
+        // Let go of first, so that a staging that nobody reads any more serves again.
+        self.handed = None;
+        let polled = solver.poll();
+        self.handed = Some(solver.handed());
+        self.failures = solver.failures();
+        let report = polled.map_err(|reason| shared.stop(Some(solver), reason))?;
+        drop(guard);
         self.pending -= usize::from(report.is_some());
         self.pump();
         Ok(report)
@@ -320,7 +345,12 @@ impl Engine for GpuEngine {
     fn request_state(&mut self) -> Result<StateTicket, EngineError> {
         self.handed()?;
         let (promise, ticket) = StateTicket::new();
-        lock(&self.link.shared.requests).push(promise);
+        let mut inbox = lock(&self.link.shared.inbox);
+        // The ticket of an engine that has stopped says so.
+        if inbox.stopped.is_none() {
+            inbox.requests.push(promise);
+        }
+        drop(inbox);
         self.pump();
         Ok(ticket)
     }

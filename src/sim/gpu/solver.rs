@@ -60,7 +60,7 @@ pub(super) struct Frame {
     failures: u64,
     readback: Option<Readback>,
     /// Who gets the state at its end.
-    promises: Vec<StatePromise>,
+    pub(super) promises: Vec<StatePromise>,
     began: Instant,
 }
 

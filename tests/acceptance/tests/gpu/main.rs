@@ -7,6 +7,7 @@ mod handout;
 mod passes;
 mod robust;
 mod scene;
+mod stopped;
 
 use bevy_clay::prelude::*;
 use clay_acceptance::agreement::{self, Agreement, assert_close};
@@ -142,6 +143,9 @@ fn main() {
         with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),
         ("limits_are_named", Box::new(robust::limits_are_named)),
         ("lost_device_is_told", Box::new(robust::lost_device_is_told)),
+        ("lost_device_answers_requests", Box::new(stopped::lost_device_answers_requests)),
+        ("state_without_room_is_answered", Box::new(stopped::state_without_room_is_answered)),
+        ("failed_link_answers_requests", Box::new(stopped::failed_link_answers_requests)),
         ("search_for_a_device_is_silent", Box::new(robust::search_for_a_device_is_silent)),
     ];
     let mode = GpuMode::from_env().unwrap_or_else(|e| panic!("{e}"));
