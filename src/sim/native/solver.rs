@@ -348,12 +348,15 @@ impl Solver {
         let ended = Instant::now();
         self.time += dt * f64::from(steps);
         let before = std::mem::replace(&mut self.sums, sums);
-        self.start = Arc::new(FrameState {
-            hot: self.state.hot.clone(),
-            cold: self.state.cold.clone(),
-            time: self.time,
-            material: plan.material,
-        });
+        // Where no substep ran the clay stands as before the frame, and is of what it was.
+        if steps > 0 {
+            self.start = Arc::new(FrameState {
+                hot: self.state.hot.clone(),
+                cold: self.state.cold.clone(),
+                time: self.time,
+                material: plan.material,
+            });
+        }
         let density = plan.inertial_density();
         let node_mass = density * self.domain.cell_width.powi(3) / 8.0;
         let unit = node_mass * self.domain.cell_width / dt;

@@ -426,6 +426,31 @@ pub fn mixed() -> Case {
     Case { snapshot: s, plan: p }
 }
 
+/// Frames that are given up, one for its own fault and one behind it, leave the clay as it was: its particles
+/// to the bit, the time, and what it is made of, which a frame that runs changes to its plan's material.
+///
+/// # Panics
+/// They do not.
+pub fn assert_given_up_frames_leave_no_trace(engine: &mut dyn Engine) {
+    let mut s = block(IVec3::splat(4), 1.0, Walls::default(), soft());
+    let mut p = plan(&s, 0.25, 4, vec![]);
+    p.material = ClayMaterial { young_modulus: 0.5 * s.material.young_modulus, ..s.material };
+    let run = |engine: &mut dyn Engine, clay: &Snapshot| {
+        engine.load(clay).expect("load");
+        (0..2).for_each(|_| engine.submit(p.clone()).expect("submit"));
+        let given_up = [(); 2].map(|()| engine.wait().expect("report").health.contains(Health::GIVEN_UP));
+        let mut saved = engine.save().expect("save");
+        saved.particles.sort_by_key(|p| p.id);
+        (given_up, saved)
+    };
+    let (given_up, saved) = run(engine, &s);
+    assert_eq!((given_up, saved.material), ([false; 2], p.material));
+    s.particles[7].velocity[0] = 1e30;
+    let (given_up, saved) = run(engine, &s);
+    assert_eq!((given_up, saved.material, saved.time), ([true; 2], s.material, s.time));
+    assert!(saved.particles == s.particles, "the clay changed");
+}
+
 /// Runs the case's plan `frames` times on end; the state as bytes, particles by id.
 pub fn run(engine: &mut dyn Engine, case: &Case, frames: usize) -> Vec<u8> {
     engine.load(&case.snapshot).expect("load");

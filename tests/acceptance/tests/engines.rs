@@ -188,6 +188,11 @@ fn affine_drive_agrees() {
     assert_all(vec![held_closely("driven", s, p)]);
 }
 
+#[test]
+fn given_up_frames_leave_no_trace() {
+    agreement::assert_given_up_frames_leave_no_trace(&mut NativeEngine::new());
+}
+
 /// Two runs give the same bits, on one thread and on two.
 #[test]
 fn runs_are_bit_identical() {

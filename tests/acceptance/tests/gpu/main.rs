@@ -47,6 +47,11 @@ fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     Ok(())
 }
 
+fn given_up_frames_leave_no_trace(engine: &mut GpuEngine) -> Result<(), Failed> {
+    agreement::assert_given_up_frames_leave_no_trace(engine);
+    Ok(())
+}
+
 /// Engines of the same shaders.
 fn siblings(engine: &GpuEngine) -> impl FnMut() -> Box<dyn Engine> {
     || Box::new(engine.sibling())
@@ -125,6 +130,7 @@ fn main() {
         cases("cut_through_cuts_agrees", agreement::recut),
         cases("welding_agrees", agreement::welding),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
+        with_engine("given_up_frames_leave_no_trace", given_up_frames_leave_no_trace),
         with_engine("frames_hand_out_what_was_asked_for", handout::frames_hand_out_what_was_asked_for),
         with_engine("state_is_there_for_the_asking", handout::state_is_there_for_the_asking),
         with_engine("restarted_scene_has_the_same_bits", restarted_scene_has_the_same_bits),
