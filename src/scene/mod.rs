@@ -11,7 +11,7 @@
 //! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
-//! | [`import`]  | OBJ, STL, PLY, glTF     | welded triangles                                           |
+//! | [`import`]  | OBJ, STL, PLY, glTF     | merged triangles                                           |
 //! | [`winding`] | triangles               | generalized winding number                                 |
 //! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |

@@ -1,4 +1,4 @@
-//! Triangle meshes from OBJ, STL, PLY and glTF files: welded, checked, placed.
+//! Triangle meshes from OBJ, STL, PLY and glTF files: merged, checked, placed.
 
 mod gltf;
 mod obj;
@@ -97,16 +97,16 @@ impl ImportedMesh {
             MeshFormat::Gltf => gltf::read(bytes, folder),
         };
         let fault = |Fault { line, reason }| SceneError::Mesh { file: file.to_string(), line, reason: one_line(&reason) };
-        let mesh = Self::weld(&soup.map_err(fault)?);
+        let mesh = Self::merge(&soup.map_err(fault)?);
         if mesh.triangles.is_empty() {
             return Err(fault(Fault::new("the mesh has no triangles")));
         }
         Ok(mesh)
     }
 
-    /// Joins vertices of equal position; drops vertices without a triangle, triangles of fewer than three
+    /// Merges vertices of equal position; drops vertices without a triangle, triangles of fewer than three
     /// vertices, and all but the first of triangles of the same vertices that face the same way.
-    fn weld(soup: &Soup) -> Self {
+    fn merge(soup: &Soup) -> Self {
         let mut mesh = Self::default();
         let mut known = HashMap::new();
         let mut seen = HashSet::new();
@@ -117,17 +117,17 @@ impl ImportedMesh {
             if keys[0] == keys[1] || keys[1] == keys[2] || keys[2] == keys[0] {
                 continue;
             }
-            let mut welded = [0; 3];
-            for ((index, key), corner) in welded.iter_mut().zip(keys).zip(corners) {
+            let mut merged = [0; 3];
+            for ((index, key), corner) in merged.iter_mut().zip(keys).zip(corners) {
                 *index = *known.entry(key).or_insert_with(|| {
                     mesh.positions.push(corner);
                     // Never more than the soup's vertices, whose indices are u32.
                     (mesh.positions.len() - 1) as u32
                 });
             }
-            let [a, b, c] = welded;
-            if seen.insert([welded, [b, c, a], [c, a, b]].into_iter().min()) {
-                mesh.triangles.push(welded);
+            let [a, b, c] = merged;
+            if seen.insert([merged, [b, c, a], [c, a, b]].into_iter().min()) {
+                mesh.triangles.push(merged);
             } else {
                 mesh.doubled += 1;
             }

@@ -3,10 +3,10 @@
 
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;
 
-struct Meeting { normal: vec3f, is_met: bool }
+struct CutSides { normal: vec3f, are_met: bool }
 
 // The unit normal of a sheet's cut at a place; whether both sides meet there.
-fn meeting_at(s: Stencil, sheet: u32) -> Meeting {
+fn sides_at(s: Stencil, sheet: u32) -> CutSides {
     var m = vec2f(0.0);
     var front = vec3f(0.0);
     var back = vec3f(0.0);
@@ -35,8 +35,8 @@ fn meeting_at(s: Stencil, sheet: u32) -> Meeting {
     let share = m / (m.x + m.y);
     let g = share.y * front - share.x * back;
     let size = length(g);
-    if !(min(share.x, share.y) > MEETING_SHARE) || size == 0.0 { return Meeting(vec3f(0.0), false); }
-    return Meeting(g / size, true);
+    if !(min(share.x, share.y) > MEETING_SHARE) || size == 0.0 { return CutSides(vec3f(0.0), false); }
+    return CutSides(g / size, true);
 }
 
 fn is_spared(sheet: u32) -> bool {
@@ -62,8 +62,8 @@ fn weld(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let tag = (tags >> shift) & 0xffffu;
         let side = tag >> 8u;
         if side == 0u || is_spared(tag & 255u) { continue; }
-        let here = meeting_at(s, tag & 255u);
-        if !here.is_met { continue; }
+        let here = sides_at(s, tag & 255u);
+        if !here.are_met { continue; }
         let n = here.normal;
         let traction = vec3f(dot(vec3f(tau.d.x, tau.o.x, tau.o.y), n), dot(vec3f(tau.o.x, tau.d.y, tau.o.z), n), dot(vec3f(tau.o.y, tau.o.z, tau.d.z), n));
         // The count of a tag is the magnitude of its side, a signed byte.
