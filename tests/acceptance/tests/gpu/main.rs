@@ -10,7 +10,7 @@ mod scene;
 mod stopped;
 
 use bevy_clay::prelude::*;
-use clay_acceptance::agreement::{self, Agreement, assert_close};
+use clay_acceptance::agreement::{self, Agreement, Case, assert_close};
 use clay_acceptance::restart;
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::LazyLock;
@@ -66,6 +66,24 @@ fn restarted_plans_have_the_same_bits(engine: &mut GpuEngine) -> Result<(), Fail
     for case in std::iter::once(agreement::mixed()).chain(agreement::recut().into_iter().map(|a| a.case)) {
         restart::assert_plans_restart(siblings(engine), &case.snapshot, &vec![case.plan; 3], &[2]);
     }
+    Ok(())
+}
+
+/// A blade that has come, has parted nothing and has gone: the run that went on keeps the passes of clay with
+/// cuts, the restarted one begins with those of clay that has none.
+fn restart_with_fewer_classes_has_the_same_bits(engine: &mut GpuEngine) -> Result<(), Failed> {
+    let Case { snapshot, mut plan } = agreement::mixed();
+    plan.steps = 30;
+    let (mut with_blade, mut without) = (plan.clone(), plan);
+    let [blade, _] = &mut with_blade.tools[..] else { return Err("a blade and a ball".into()) };
+    assert!(blade.tool.shape.is_blade());
+    blade.samples.iter_mut().for_each(|sample| sample.pose.position.y += 0.1);
+    without.tools.remove(0);
+    let plans = [with_blade, without.clone(), without.clone(), without];
+    restart::assert_plans_restart(siblings(engine), &snapshot, &plans, &[1, 2]);
+    engine.load(&snapshot).map_err(|e| e.to_string())?;
+    engine.submit(plans[0].clone()).map_err(|e| e.to_string())?;
+    assert!(engine.wait().map_err(|e| e.to_string())?.tools[0].tagged == 0, "the blade meets the clay");
     Ok(())
 }
 
@@ -135,6 +153,7 @@ fn main() {
         with_engine("state_is_there_for_the_asking", handout::state_is_there_for_the_asking),
         with_engine("restarted_scene_has_the_same_bits", restarted_scene_has_the_same_bits),
         with_engine("restarted_plans_have_the_same_bits", restarted_plans_have_the_same_bits),
+        with_engine("restart_with_fewer_classes_has_the_same_bits", restart_with_fewer_classes_has_the_same_bits),
         with_engine("replayed_scene_has_the_same_bits", replayed_scene_has_the_same_bits),
         with_engine("nan_particle_is_contained", robust::nan_particle_is_contained),
         with_engine("impossible_frame_is_given_up", robust::impossible_frame_is_given_up),
