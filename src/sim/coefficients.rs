@@ -6,7 +6,7 @@
 //! SI, from the plan.
 
 use super::frame::FramePlan;
-use super::material::ClayLaw;
+use super::material::{ClayLaw, SQRT_2_3};
 use super::params::Domain;
 use glam::DVec3;
 
@@ -99,17 +99,17 @@ impl LawCoefficients {
     fn new(plan: &FramePlan, cell_width: f64, dt: f64) -> Self {
         let material = &plan.material;
         let stress_scale = 4.0 * dt * dt / (plan.inertial_density() * cell_width * cell_width);
-        let (mu2, root) = (2.0 * material.lame_mu(), (2.0f64 / 3.0).sqrt());
-        let yield_norm = root * material.yield_stress_at(f64::INFINITY, cell_width) / mu2;
+        let mu2 = 2.0 * material.lame_mu();
+        let yield_norm = SQRT_2_3 * material.yield_stress_at(f64::INFINITY, cell_width) / mu2;
         Self {
             stress_scale,
             mu2: stress_scale * mu2,
             lambda: stress_scale * material.lame_lambda(),
-            hardening: root * root * material.hardening_modulus / mu2,
-            viscous: root * material.viscosity * (root / dt).powf(material.flow_index) / mu2,
+            hardening: SQRT_2_3 * SQRT_2_3 * material.hardening_modulus / mu2,
+            viscous: SQRT_2_3 * material.viscosity * (SQRT_2_3 / dt).powf(material.flow_index) / mu2,
             flow_index: material.flow_index,
             yield_norm,
-            hardening_norm: root * material.hardening_modulus / mu2,
+            hardening_norm: SQRT_2_3 * material.hardening_modulus / mu2,
             softening: (material.softening > 0.0 && yield_norm.is_finite()).then(|| Softening {
                 share: material.softening,
                 length: material.softening_length_or_default(cell_width) / cell_width,

@@ -5,7 +5,7 @@ use super::cutting::CuttingMethod;
 use super::health::Health;
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
-use super::tool::{ToolPath, ToolShape};
+use super::tool::ToolPath;
 use super::validation::Validation;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -206,7 +206,7 @@ impl FramePlan {
         if self.cutting.keeps_cuts() {
             return Ok(());
         }
-        if self.tools.iter().any(|path| matches!(path.tool.shape, ToolShape::Wire { .. })) {
+        if self.tools.iter().any(|path| path.tool.shape.is_wire()) {
             return refusal("is kept for comparison and knows no wires");
         }
         if self.validation != Validation::default() {

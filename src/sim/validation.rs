@@ -38,8 +38,7 @@ impl Validation {
     /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward
     /// normal: those of a growing ball.
     pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
-        let ToolShape::Sphere { radius } = shape else { return (shape, 0.0) };
-        (ToolShape::Sphere { radius: radius + self.sphere_growth * time }, self.sphere_growth)
+        shape.grown_ball(self.sphere_growth * time).map_or((shape, 0.0), |ball| (ball, self.sphere_growth))
     }
 }
 

@@ -30,7 +30,7 @@ fn profile_foot(t: Tool, q: vec3f) -> Foot {
     let count = segment_count(t);
     var best = 0u;
     var along = 0.0;
-    var away = vec2f(1e30);
+    var away = vec2f(NOWHERE);
     for (var i = 0u; i < count; i++) {
         let a = profile_point(t, i);
         let way = profile_point(t, i + 1u) - a;

@@ -136,7 +136,7 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
             let sign_ = f32(field_side(node, i, (*node).beyond[f]));
             let normal = sign_ * (*node).divisions[i].normal;
             let distance_ = sign_ * (*node).divisions[i].distance;
-            if tool.contact == STICK {
+            if sticks(tool) {
                 push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, params.adhesion), &taken);
             } else if distance_ <= CONTACT_OFFSET {
                 touch(node, f, tool, q, arm, normal, 1.0, &taken);

@@ -4,8 +4,6 @@
 struct Sym { d: vec3f, o: vec3f } // xx yy zz, xy xz yz
 struct Update { stress: Sym, strain: Sym, plastic: f32, clamped: bool }
 
-const SQRT_2_3: f32 = 0.8164966;
-
 fn norm2(x: Sym) -> f32 {
     return dot(x.d, x.d) + 2.0 * dot(x.o, x.o);
 }

@@ -1,5 +1,8 @@
 //! The structs that host and device share, and the bits of the status word.
 
+use super::super::frame::SurfaceParticle;
+use super::super::snapshot::Particle;
+use super::super::tool::PROFILE_POINTS;
 use bytemuck::Pod;
 
 /// Tools that one plan may have: a bit each in a word.
@@ -8,6 +11,8 @@ pub const TOOLS_MAX: u32 = 32;
 pub const PROFILES_MAX: u32 = 8;
 /// Fields of a particle's state, 16 bytes each.
 pub(super) const FIELDS: u32 = 7;
+/// Pairs of points of a bent blade's profile.
+pub(super) const PROFILE_PAIRS: usize = PROFILE_POINTS.div_ceil(2);
 
 /// Bits of the status word.
 pub(super) mod flag {
@@ -25,8 +30,39 @@ pub(super) mod flag {
     pub(in super::super) const CROWDED: u32 = 1 << 5;
 }
 
+/// Names the words at which the fields of a particle begin in a buffer of words, and its length. All fields
+/// by name: one that shaders do not know fails to compile.
+macro_rules! words {
+    ($type:ident as $words:literal { $($field:ident = $name:literal,)+ }) => {{
+        const _: fn($type) = |$type { $($field: _),+ }| ();
+        [($words, size_of::<$type>() as u32 / 4), $(($name, std::mem::offset_of!($type, $field) as u32 / 4)),+]
+    }};
+}
+
+/// Where a record, a [`Particle`] of a snapshot, has its fields.
+pub(super) const RECORD: [(&str, u32); 11] = words!(Particle as "RECORD_WORDS" {
+    cell = "RECORD_CELL",
+    offset = "RECORD_OFFSET",
+    velocity = "RECORD_VELOCITY",
+    affine = "RECORD_AFFINE",
+    elastic_strain = "RECORD_STRAIN",
+    hardening = "RECORD_HARDENING",
+    structure = "RECORD_STRUCTURE",
+    rest_volume = "RECORD_REST_VOLUME",
+    id = "RECORD_ID",
+    tags = "RECORD_TAGS",
+});
+
+/// Where a [`SurfaceParticle`] has its fields.
+pub(crate) const SURFACE_PARTICLE: [(&str, u32); 5] = words!(SurfaceParticle as "SURFACE_PARTICLE_WORDS" {
+    position = "SURFACE_PARTICLE_POSITION",
+    volume_ratio = "SURFACE_PARTICLE_VOLUME_RATIO",
+    density_weight = "SURFACE_PARTICLE_DENSITY_WEIGHT",
+    tags = "SURFACE_PARTICLE_TAGS",
+});
+
 /// A struct that host and device share.
-pub(super) trait Twin: Pod {
+pub(crate) trait Twin: Pod {
     /// Its name on the device.
     #[cfg(test)]
     const NAME: &'static str;
@@ -39,19 +75,27 @@ pub(super) trait Twin: Pod {
 
 /// Declares shared structs, once: here, and in WGSL. A test compares both, field by field.
 macro_rules! twins {
-    ($(#[doc = $about:literal])* $rust:ident = $wgsl:literal { $(#[doc = $doc:literal] $field:ident: $type:ty = $kind:literal,)+ }) => {
+    ($(#[doc = $about:literal])* $vis:vis $rust:ident = $wgsl:literal {
+        $($(#[doc = $doc:literal])+ $field_vis:vis $field:ident: $type:ty = $kind:literal,)+
+    }) => {
         $(#[doc = $about])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
         #[repr(C)]
-        pub(super) struct $rust {
-            $(#[doc = $doc] pub $field: $type),+
+        $vis struct $rust {
+            $($(#[doc = $doc])+ $field_vis $field: $type),+
+        }
+
+        impl Default for $rust {
+            fn default() -> Self {
+                bytemuck::Zeroable::zeroed()
+            }
         }
 
         impl $crate::sim::gpu::layout::Twin for $rust {
             #[cfg(test)]
             const NAME: &'static str = $wgsl;
             const TEXT: &'static str =
-                concat!("struct ", $wgsl, " {\n", $("    ", stringify!($field), ": ", $kind, ", //", $doc, "\n",)+ "}\n");
+                concat!("struct ", $wgsl, " {\n", $("    ", stringify!($field), ": ", $kind, ",", $(" //", $doc,)+ "\n",)+ "}\n");
             #[cfg(test)]
             const OFFSETS: &'static [(&'static str, usize)] =
                 &[$((stringify!($field), std::mem::offset_of!($rust, $field))),+];
@@ -59,72 +103,72 @@ macro_rules! twins {
     };
 }
 
-pub(super) use twins;
+pub(crate) use twins;
 
 twins! {
     /// What a blade did in one frame.
-    ToolCount = "ToolCount" {
+    pub(super) ToolCount = "ToolCount" {
         /// particles that took a side
-        tagged: u32 = "atomic<u32>",
+        pub tagged: u32 = "atomic<u32>",
         /// particles put back
-        pushed_back: u32 = "atomic<u32>",
+        pub pushed_back: u32 = "atomic<u32>",
         /// f32 bits, not negative
-        depth: f32 = "atomic<u32>",
+        pub depth: f32 = "atomic<u32>",
         /// sides of older cuts given up
-        displaced: u32 = "atomic<u32>",
+        pub displaced: u32 = "atomic<u32>",
     }
 }
 
 twins! {
     /// Flags and counters of one frame.
-    Status = "Status" {
+    pub(super) Status = "Status" {
         /// what stops every later pass until the host has acted on it
-        flags: u32 = "atomic<u32>",
+        pub flags: u32 = "atomic<u32>",
         /// greatest node speed, f32 bits
-        speed: f32 = "atomic<u32>",
+        pub speed: f32 = "atomic<u32>",
         /// particles clamped
-        clamped: u32 = "atomic<u32>",
+        pub clamped: u32 = "atomic<u32>",
         /// most particles in a cell
-        cell_count: u32 = "atomic<u32>",
+        pub cell_count: u32 = "atomic<u32>",
         /// blocks with nodes
-        slot_count: u32 = "atomic<u32>",
+        pub slot_count: u32 = "atomic<u32>",
         /// of the present submission, from 1
-        substep: u32 = "atomic<u32>",
+        pub substep: u32 = "atomic<u32>",
         /// greatest of a node and class, fixed point
-        node_mass: u32 = "atomic<u32>",
+        pub node_mass: u32 = "atomic<u32>",
         /// whether the bound on speed was
-        reach_met: u32 = "atomic<u32>",
+        pub reach_met: u32 = "atomic<u32>",
         /// whether a key found no room in a block
-        crowded: u32 = "atomic<u32>",
+        pub crowded: u32 = "atomic<u32>",
         /// sides of cuts that grew together
-        welded: u32 = "atomic<u32>",
+        pub welded: u32 = "atomic<u32>",
         /// that particles have a side of, a bit each
-        sheets: [u32; 8] = "array<atomic<u32>, 8>",
+        pub sheets: [u32; 8] = "array<atomic<u32>, 8>",
         /// what each tool did
-        tools: [ToolCount; TOOLS_MAX as usize] = "array<ToolCount, TOOLS_MAX>",
+        pub tools: [ToolCount; TOOLS_MAX as usize] = "array<ToolCount, TOOLS_MAX>",
     }
 }
 
 twins! {
     /// Sums over the particles of one workgroup, in masses, cells and substeps.
-    Total = "Total" {
+    pub(super) Total = "Total" {
         /// sum of m v
-        momentum: [f32; 3] = "vec3f",
+        pub momentum: [f32; 3] = "vec3f",
         /// sum of m |v|
-        momentum_size: f32 = "f32",
+        pub momentum_size: f32 = "f32",
         /// about params.centre, with the affine part
-        angular: [f32; 3] = "vec3f",
+        pub angular: [f32; 3] = "vec3f",
         /// kinetic energy
-        kinetic: f32 = "f32",
+        pub kinetic: f32 = "f32",
         /// sums of m |H|^2, m tr(H)^2, m J
-        strain: [f32; 3] = "vec3f",
+        pub strain: [f32; 3] = "vec3f",
         /// sum of m
-        mass: f32 = "f32",
+        pub mass: f32 = "f32",
         /// least and greatest J
-        ratio: [f32; 2] = "vec2f",
+        pub ratio: [f32; 2] = "vec2f",
         /// greatest |v + A d|
-        reach: f32 = "f32",
+        pub reach: f32 = "f32",
         /// nothing
-        spare: f32 = "f32",
+        pub spare: f32 = "f32",
     }
 }

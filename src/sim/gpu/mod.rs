@@ -27,7 +27,7 @@ mod handed;
 mod handout;
 pub(crate) mod kernel;
 mod kernels;
-mod layout;
+pub(crate) mod layout;
 mod params;
 mod part;
 mod pass;

@@ -8,99 +8,99 @@ use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
 use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
 use super::super::weld::WeldRule;
-use super::layout::{PROFILES_MAX, twins};
+use super::layout::{PROFILE_PAIRS, PROFILES_MAX, twins};
 use super::scales::Scales;
 use glam::IVec3;
 
 twins! {
     /// The numbers of one submission.
-    Params = "Params" {
+    pub(super) Params = "Params" {
         /// of the grid along each axis
-        blocks: [i32; 3] = "vec3i",
+        pub blocks: [i32; 3] = "vec3i",
         /// particles
-        particle_count: u32 = "u32",
+        pub particle_count: u32 = "u32",
         /// wall nodes
-        wall_low: [i32; 3] = "vec3i",
+        pub wall_low: [i32; 3] = "vec3i",
         /// blocks that there is room for
-        slot_capacity: u32 = "u32",
+        pub slot_capacity: u32 = "u32",
         /// high wall nodes
-        wall_high: [i32; 3] = "vec3i",
+        pub wall_high: [i32; 3] = "vec3i",
         /// tools
-        tool_count: u32 = "u32",
+        pub tool_count: u32 = "u32",
         /// over inertia scaling [cells/substep^2]
-        gravity: [f32; 3] = "vec3f",
+        pub gravity: [f32; 3] = "vec3f",
         /// velocity kept by validation damping [-]
-        damping: f32 = "f32",
+        pub damping: f32 = "f32",
         /// the cell that angular momentum is summed about
-        centre: [i32; 3] = "vec3i",
+        pub centre: [i32; 3] = "vec3i",
         /// 2 bits each: low x y z, high x y z
-        wall_kinds: u32 = "u32",
+        pub wall_kinds: u32 = "u32",
         /// fixed point: mass to i32, a power of two
-        mass_scale: f32 = "f32",
+        pub mass_scale: f32 = "f32",
         /// momentum to i32, a power of two
-        momentum_scale: f32 = "f32",
+        pub momentum_scale: f32 = "f32",
         /// greatest |v + A d| [cells/substep] that momentum_scale serves
-        reach_limit: f32 = "f32",
+        pub reach_limit: f32 = "f32",
         /// greatest number of particles in a cell that both scales serve
-        cell_count_limit: u32 = "u32",
+        pub cell_count_limit: u32 = "u32",
         /// 2 mu, scaled by 4 h^2 / (rho_s dx^2)
-        mu2: f32 = "f32",
+        pub mu2: f32 = "f32",
         /// lambda, scaled
-        lambda: f32 = "f32",
+        pub lambda: f32 = "f32",
         /// greatest |dev H| of unworked clay
-        yield_norm: f32 = "f32",
+        pub yield_norm: f32 = "f32",
         /// s of Eq. 5
-        softening: f32 = "f32",
+        pub softening: f32 = "f32",
         /// tau of Eq. 5 [cells]
-        softening_length: f32 = "f32",
+        pub softening_length: f32 = "f32",
         /// one cell per substep [m/s]
-        velocity_unit: f32 = "f32",
+        pub velocity_unit: f32 = "f32",
         /// 1 / h [1/s]
-        rate_unit: f32 = "f32",
+        pub rate_unit: f32 = "f32",
         /// rest volume of mass 1, a power of two [m^3]
-        mass_unit: f32 = "f32",
+        pub mass_unit: f32 = "f32",
         /// greatest node speed [cells/substep]
-        travel_limit: f32 = "f32",
+        pub travel_limit: f32 = "f32",
         /// mass 1 over the mass of a full cell [-]
-        density_unit: f32 = "f32",
+        pub density_unit: f32 = "f32",
         /// whether this submission is a frame's first
-        starts_frame: u32 = "u32",
+        pub starts_frame: u32 = "u32",
         /// whether Eq. 5 is on
-        softens: u32 = "u32",
+        pub softens: u32 = "u32",
         /// greatest mass of a node that momentum_scale serves
-        node_mass_limit: f32 = "f32",
+        pub node_mass_limit: f32 = "f32",
         /// what flow stress gains per shortening of the Hencky deviator
-        hardening: f32 = "f32",
+        pub hardening: f32 = "f32",
         /// what viscosity adds to it: viscous * shortening ^ flow_index
-        viscous: f32 = "f32",
+        pub viscous: f32 = "f32",
         /// n of Herschel-Bulkley flow
-        flow_index: f32 = "f32",
+        pub flow_index: f32 = "f32",
         /// what the yield norm gains per plastic strain
-        hardening_norm: f32 = "f32",
+        pub hardening_norm: f32 = "f32",
         /// share of the yield norm that fully worked clay loses
-        work_loss: f32 = "f32",
+        pub work_loss: f32 = "f32",
         /// working per plastic strain
-        work_rate: f32 = "f32",
+        pub work_rate: f32 = "f32",
         /// working that a substep's rest leaves
-        work_kept: f32 = "f32",
+        pub work_kept: f32 = "f32",
         /// share of its difference to its cell's mean that a flowing particle's ln J loses
-        averaging: f32 = "f32",
+        pub averaging: f32 = "f32",
         /// the same at the frame's last averaging, which stands for fewer substeps
-        averaging_last: f32 = "f32",
+        pub averaging_last: f32 = "f32",
         /// the substep of this submission, from 1, that it is in
-        averaging_last_at: u32 = "u32",
+        pub averaging_last_at: u32 = "u32",
         /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
-        adhesion: f32 = "f32",
+        pub adhesion: f32 = "f32",
         /// which tools are blades that hold clay off, a bit each
-        blades: u32 = "u32",
+        pub blades: u32 = "u32",
         /// which tools are solid, a bit each
-        solids: u32 = "u32",
+        pub solids: u32 = "u32",
         /// compression across a cut at which its sides grow together, as the stress is scaled
-        weld_stress: f32 = "f32",
+        pub weld_stress: f32 = "f32",
         /// what a frame adds to the count of a pressed tag
-        weld_step: u32 = "u32",
+        pub weld_step: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
-        profiles: [[[f32; 4]; 17]; PROFILES_MAX as usize] = "array<array<vec4f, 17>, PROFILES_MAX>",
+        pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
 }
 
@@ -233,8 +233,8 @@ impl Params {
 
 /// The profiles of the plan's bent blades [cells], in the plan's order.
 #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
-fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; 17]; PROFILES_MAX as usize] {
-    let mut all = [[[0.0; 4]; 17]; PROFILES_MAX as usize];
+fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] {
+    let mut all = [[[0.0; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize];
     for (to, (_, profile)) in all.iter_mut().zip(bent_blades(&plan.tools)) {
         for (i, point) in profile.points().iter().enumerate() {
             let [x, z] = (*point / cell_width).to_array();

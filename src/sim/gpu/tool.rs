@@ -7,37 +7,37 @@ use glam::{DMat3, DVec3, IVec3};
 
 twins! {
     /// A tool in one substep, as the native engine meets it. Matrices have a word of padding a column.
-    GpuTool = "Tool" {
+    pub(super) GpuTool = "Tool" {
         /// cell of the origin at the end of the substep
-        end_cell: [i32; 3] = "vec3i",
+        pub end_cell: [i32; 3] = "vec3i",
         /// `ToolShape::number`
-        shape: u32 = "u32",
+        pub shape: u32 = "u32",
         /// the rest of it [cells]
-        end_offset: [f32; 3] = "vec3f",
+        pub end_offset: [f32; 3] = "vec3f",
         /// `Contact::number`
-        contact: u32 = "u32",
+        pub contact: u32 = "u32",
         /// the same at its start
-        start_cell: [i32; 3] = "vec3i",
+        pub start_cell: [i32; 3] = "vec3i",
         /// of a blade
-        sheet: u32 = "u32",
+        pub sheet: u32 = "u32",
         /// the rest of it [cells]
-        start_offset: [f32; 3] = "vec3f",
+        pub start_offset: [f32; 3] = "vec3f",
         /// of a separating contact [-]
-        friction: f32 = "f32",
+        pub friction: f32 = "f32",
         /// frame -> grid
-        end_rotation: [[f32; 4]; 3] = "mat3x3f",
+        pub end_rotation: [[f32; 4]; 3] = "mat3x3f",
         /// the same at the start
-        start_rotation: [[f32; 4]; 3] = "mat3x3f",
+        pub start_rotation: [[f32; 4]; 3] = "mat3x3f",
         /// end_rotation - start_rotation
-        turn: [[f32; 4]; 3] = "mat3x3f",
+        pub turn: [[f32; 4]; 3] = "mat3x3f",
         /// from start to end [cells]
-        travel: [f32; 3] = "vec3f",
+        pub travel: [f32; 3] = "vec3f",
         /// of a wire: where it stands along y in the frame of its strip
-        radius: f32 = "f32",
+        pub radius: f32 = "f32",
         /// half the box; half width and height; half the capsule's axis or the cone's height in y
-        size: [f32; 3] = "vec3f",
+        pub size: [f32; 3] = "vec3f",
         /// of a bent blade: its index, and its number of points from bit 8 on
-        profile: u32 = "u32",
+        pub profile: u32 = "u32",
     }
 }
 

@@ -26,6 +26,30 @@ fn divides(t: Tool) -> bool {
     }
 }
 
+// Whether the tool is a wire: it parts the clay and holds none off.
+fn is_wire(t: Tool) -> bool {
+    switch t.shape {
+        case WIRE { return true; }
+        case SPHERE, CAPSULE, BOX, CONE, BLADE, POINTED_BLADE, BENT_BLADE, default { return false; }
+    }
+}
+
+// Whether clay can leave the tool.
+fn can_part(t: Tool) -> bool {
+    switch t.contact {
+        case SEPARATE { return true; }
+        case STICK, SLIP, default { return false; }
+    }
+}
+
+// Whether the clay along a blade is taken along by it.
+fn sticks(t: Tool) -> bool {
+    switch t.contact {
+        case STICK { return true; }
+        case SLIP, SEPARATE, default { return false; }
+    }
+}
+
 // Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have
 // it.
 fn cone(t: Tool, p: vec3f) -> vec4f {

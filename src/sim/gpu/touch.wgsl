@@ -7,7 +7,7 @@ fn touching_place(slot: u32, k: u32) -> u32 {
 }
 
 fn separates(t: Tool) -> bool {
-    return !divides(t) && t.contact == SEPARATE;
+    return !divides(t) && can_part(t);
 }
 
 fn contact_offset(t: Tool) -> f32 {
@@ -16,7 +16,7 @@ fn contact_offset(t: Tool) -> f32 {
 
 // How closed the gap is at distance s from a tool, where so much of a full cell's mass touches.
 fn closed_share(touching: f32, s: f32) -> f32 {
-    let r = abs(0.25 - s);
+    let r = abs(LAYER_DEPTH - s);
     let rest = max(1.5 - r, 0.0);
     let layer = TOUCH_SHARE * 0.5 * select(0.5 * rest * rest, 0.75 - r * r, r < 0.5);
     if touching >= layer { return 1.0; }

@@ -3,14 +3,16 @@
 
 use super::super::cut::NORMAL_REGULARISATION;
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
-use super::super::material::SOFTENING_REACH;
+use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::{WALL_TOUCH, Wall};
-use super::super::snapshot::Particle;
 use super::super::tool::{
-    BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, TRACTION_REACH_MIN, ToolShape,
+    BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, LAYER_DEPTH, SET_BACK, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE,
+    TRACTION_REACH_MIN, ToolShape,
 };
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
-use super::layout::{FIELDS, PROFILES_MAX, Status, TOOLS_MAX, ToolCount, Total, Twin, flag};
+use super::layout::{
+    FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
+};
 use super::params::Params;
 use super::pass::Pass;
 use super::tool::GpuTool;
@@ -43,8 +45,8 @@ fn constants(classes: u32) -> String {
         ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
         ("TOOLS_MAX", TOOLS_MAX),
         ("PROFILES_MAX", PROFILES_MAX),
+        ("PROFILE_PAIRS", PROFILE_PAIRS as u32),
         ("SCAN_CHUNK", SCAN_CHUNK),
-        ("RECORD_WORDS", (size_of::<Particle>() / 4) as u32),
         ("FIELDS", FIELDS),
         ("SPEED", flag::SPEED),
         ("NON_FINITE", flag::NON_FINITE),
@@ -59,12 +61,14 @@ fn constants(classes: u32) -> String {
     let shapes = ToolShape::ALL.map(|shape| (upper(shape.identifier()), shape.number()));
     let contacts = Contact::ALL.map(|contact| (upper(contact.identifier()), contact.number()));
     let walls = Wall::ALL.map(|wall| (format!("WALL_{}", upper(wall.identifier())), wall.number()));
-    let unsigned = counts.map(|(name, value)| (name.to_string(), value)).into_iter().chain(shapes).chain(contacts).chain(walls);
+    let counts = counts.into_iter().chain(RECORD).chain(SURFACE_PARTICLE);
+    let unsigned = counts.map(|(name, value)| (name.to_string(), value)).chain(shapes).chain(contacts).chain(walls);
     let numbers = [
         ("BAND", BAND),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
         ("FLOWING", FLOWING),
+        ("LAYER_DEPTH", LAYER_DEPTH),
         ("MEETING_SHARE", MEETING_SHARE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
         // Of the elastic strain b - I.
@@ -73,6 +77,7 @@ fn constants(classes: u32) -> String {
         ("SERIES_MAX", SERIES_MAX),
         ("SET_BACK", SET_BACK),
         ("SOFTENING_REACH", SOFTENING_REACH),
+        ("SQRT_2_3", SQRT_2_3),
         ("TOUCH_FADE", TOUCH_FADE),
         ("TOUCH_OFFSET", TOUCH_OFFSET),
         ("TOUCH_SHARE", TOUCH_SHARE),
@@ -204,9 +209,12 @@ mod tests {
             ("distance_to", &shapes),
             ("normal_at", &shapes),
             ("divides", &shapes),
+            ("is_wire", &shapes),
             ("foot_on", &blades),
             ("is_crossed", &blades),
             ("contact", &contacts),
+            ("can_part", &contacts),
+            ("sticks", &contacts),
         ] {
             let (_, function) =
                 module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(name)).expect("a function of the tools' text");

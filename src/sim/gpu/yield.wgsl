@@ -1,8 +1,8 @@
-// The yield norm of a particle: Eq. 5 with the nearest tool, thixotropy, hardening.
+// The yield norm of a particle, Eq. 5 with the nearest tool, thixotropy, hardening; and its history.
 
 // Distance to the nearest tool at the substep's end or start.
 fn nearest_tool(cell: vec3i, offset: vec3f, is_start: bool) -> f32 {
-    var nearest = 1e30;
+    var nearest = NOWHERE;
     for (var t = 0u; t < params.tool_count; t++) {
         let tool = tool_now(t);
         let q = select(local_end(tool, cell, offset), local_start(tool, cell, offset), is_start);
@@ -19,4 +19,9 @@ fn yield_norm_at(cell: vec3i, offset: vec3f, is_start: bool, a: f32, structure: 
         norm *= 1.0 - params.softening * (1.0 + expm1(-min(beyond, 80.0)));
     }
     return norm * (1.0 - params.work_loss * structure) + params.hardening_norm * a;
+}
+
+// The working of a particle after a substep with so much more plastic strain.
+fn structure_after(structure: f32, plastic: f32) -> f32 {
+    return (structure + (1.0 - structure) * -expm1(-min(params.work_rate * plastic, 80.0))) * params.work_kept;
 }

@@ -268,7 +268,8 @@ pub(super) fn hencky_invariants(e: &Sym8) -> (F8, F8) {
     (size2, trace)
 }
 
-const SQRT_2_3: f32 = 0.816_496_6;
+#[expect(clippy::cast_possible_truncation, reason = "the lanes are f32")]
+const SQRT_2_3: f32 = super::super::material::SQRT_2_3 as f32;
 
 #[inline(never)]
 fn large_strain(law: &Law, flow: &Flow, x: &Sym8, yield_norm: F8, out: &mut Update) {

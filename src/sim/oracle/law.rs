@@ -17,11 +17,8 @@
 //! 1e-12 keep all digits.
 
 use super::super::limits::{STRETCH_MAX, STRETCH_MIN};
-use super::super::material::ClayMaterial;
+use super::super::material::{ClayMaterial, SQRT_2_3};
 use glam::{DMat3, DVec3};
-
-/// sqrt(2/3): |deviator| over equivalent stress.
-const SQRT_2_3: f64 = 0.816_496_580_927_726;
 
 /// A symmetric matrix by its eigenvalues and, as columns, its unit eigenvectors.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@ use super::super::cut::SheetSet;
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::health::Health;
 use super::super::snapshot::Snapshot;
-use super::super::tool::{ToolPath, ToolShape};
+use super::super::tool::ToolPath;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -84,7 +84,7 @@ fn parity(plan_id: u64) -> usize {
 
 /// The ends of a wire's line when the frame ends [m]; of other blades nothing.
 fn line(path: &ToolPath, duration: f64) -> Option<[DVec3; 2]> {
-    let ToolShape::Wire { half_length } = path.tool.shape else { return None };
+    let half_length = path.tool.shape.wire()?;
     let pose = path.pose_at(duration);
     Some([-half_length, half_length].map(|x| pose.to_world(DVec3::X * x)))
 }

@@ -17,5 +17,5 @@ pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use profile::{PROFILE_POINTS, Profile};
 pub(crate) use sampled::{SPACING, Sample, Sampled, samples};
 pub use shape::ToolShape;
-pub(crate) use touch::spline;
+pub(crate) use touch::{LAYER_DEPTH, spline};
 pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};

@@ -42,13 +42,13 @@ impl Profile {
     /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite or out of [`LENGTH`],
     /// or two in a row at one place.
     pub fn new(points: &[DVec2]) -> Result<Self, ParamsError> {
-        let error = |value: String, reason| Err(ParamsError::new("profile", value, reason));
+        let error = |value: String, reason: String| Err(ParamsError::new("profile", value, reason));
         if !(2..=PROFILE_POINTS).contains(&points.len()) {
-            return error(format!("{} points", points.len()), "must have 2 to 33 points");
+            return error(format!("{} points", points.len()), format!("must have 2 to {PROFILE_POINTS} points"));
         }
         points.iter().try_for_each(|p| LENGTH.check_vector("profile", p.extend(0.0)))?;
         if let Some(pair) = points.windows(2).find(|pair| pair[0] == pair[1]) {
-            return error(pair[0].to_string(), "must not hold a point twice in a row");
+            return error(pair[0].to_string(), "must not hold a point twice in a row".into());
         }
         let mut all = [DVec2::ZERO; PROFILE_POINTS];
         all[..points.len()].copy_from_slice(points);

@@ -159,7 +159,35 @@ impl ToolShape {
 
     /// Whether the shape is a wire: it parts the clay and holds none off.
     pub fn is_wire(&self) -> bool {
-        matches!(self.outline(), Some(Outline::Wire { .. }))
+        self.wire().is_some()
+    }
+
+    /// Half the length of a wire [m]; none for other shapes.
+    pub(crate) fn wire(&self) -> Option<f64> {
+        match *self {
+            Self::Wire { half_length } => Some(half_length),
+            Self::Sphere { .. }
+            | Self::Capsule { .. }
+            | Self::Box { .. }
+            | Self::Blade { .. }
+            | Self::PointedBlade { .. }
+            | Self::BentBlade { .. }
+            | Self::Cone { .. } => None,
+        }
+    }
+
+    /// A ball that is larger by `growth` [m]; none for other shapes.
+    pub(crate) fn grown_ball(&self, growth: f64) -> Option<Self> {
+        match *self {
+            Self::Sphere { radius } => Some(Self::Sphere { radius: radius + growth }),
+            Self::Capsule { .. }
+            | Self::Box { .. }
+            | Self::Blade { .. }
+            | Self::PointedBlade { .. }
+            | Self::BentBlade { .. }
+            | Self::Wire { .. }
+            | Self::Cone { .. } => None,
+        }
     }
 
     /// What a blade or a wire is in its own plane or bend; none for a solid shape.

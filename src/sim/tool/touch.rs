@@ -18,6 +18,10 @@ pub const TOUCH_FADE: f64 = 0.1;
 /// Share of the first layer of particles, or of their touch, that closes a gap [-].
 pub const TOUCH_SHARE: f64 = 0.25;
 
+/// Where the centres of the first layer of particles are when its face is on the surface [cells]: 4 particles
+/// a cell of the layer, two along each edge.
+pub(crate) const LAYER_DEPTH: f64 = 0.25;
+
 /// How much a particle touches a tool at `distance` [cells] from its centre if its clay reaches `radius`
 /// [cells] about it, half the cube root of its volume: [`TOUCH_SHARE`] where its face is on the surface, 1
 /// further in, 0 away.
@@ -36,7 +40,7 @@ pub(crate) fn spline(distance: f64) -> f64 {
 /// [`TOUCH_SHARE`] of a layer of 4 particles a cell with its face on the surface, which brings the node half
 /// the quadratic spline of its centres' distance.
 pub fn closed_share(touching: f64, node: f64) -> f64 {
-    let layer = TOUCH_SHARE * 0.5 * spline(0.25 - node);
+    let layer = TOUCH_SHARE * 0.5 * spline(LAYER_DEPTH - node);
     if touching >= layer { 1.0 } else { touching / layer }
 }
 

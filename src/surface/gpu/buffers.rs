@@ -1,6 +1,6 @@
 //! Buffers of one clay's surface, by what they hold, and what is bound where.
 
-use super::layout::{Params, REGION_BYTES, SurfaceStatus, WORK_BYTES};
+use super::layout::{Params, Region, SurfaceStatus, Work};
 use super::wgsl::{SCAN_CHUNK, case_words};
 use crate::sim::gpu::{GpuError, check};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -134,8 +134,8 @@ impl Buffers {
             arguments: make("arguments", 96, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
             weights: storage("weights", words(particles)),
             cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
-            regions: storage("regions", REGION_BYTES * u64::from(room.blocks)),
-            work: storage("work", WORK_BYTES * u64::from(room.blocks)),
+            regions: storage("regions", size_of::<Region>() as u64 * u64::from(room.blocks)),
+            work: storage("work", size_of::<Work>() as u64 * u64::from(room.blocks)),
             changes: storage("changes", words(entries[1])),
             free: slots.map(|n| storage("free slots", words(n))),
             chunks: entries.map(|n| storage("chunk sums", words(n.div_ceil(SCAN_CHUNK)))),

@@ -1,15 +1,16 @@
-// Particles: 6 words each: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet,
-// side).
+// Particles: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet, side).
 
 @group(0) @binding(2) var<storage, read> particles: array<u32>;
 
 fn place_of(i: u32) -> vec3f {
-    return vec3f(bitcast<f32>(particles[6u * i]), bitcast<f32>(particles[6u * i + 1u]), bitcast<f32>(particles[6u * i + 2u]));
+    let at = SURFACE_PARTICLE_WORDS * i + SURFACE_PARTICLE_POSITION;
+    return vec3f(bitcast<f32>(particles[at]), bitcast<f32>(particles[at + 1u]), bitcast<f32>(particles[at + 2u]));
 }
 
 // Present volume [cells].
 fn volume_of(i: u32) -> f32 {
-    return bitcast<f32>(particles[6u * i + 4u]) * bitcast<f32>(particles[6u * i + 3u]);
+    let at = SURFACE_PARTICLE_WORDS * i;
+    return bitcast<f32>(particles[at + SURFACE_PARTICLE_DENSITY_WEIGHT]) * bitcast<f32>(particles[at + SURFACE_PARTICLE_VOLUME_RATIO]);
 }
 
 // By its bits: comparisons with NaN may be optimised away.
@@ -27,7 +28,7 @@ fn is_usable(i: u32) -> bool {
 struct Tag { sheet: u32, side: i32 }
 
 fn tag_of(i: u32, slot: u32) -> Tag {
-    let bits = particles[6u * i + 5u];
+    let bits = particles[SURFACE_PARTICLE_WORDS * i + SURFACE_PARTICLE_TAGS];
     let tag = raw_tag(bits, slot);
     // Twice the same sheet counts once.
     if slot == 1u && raw_tag(bits, 0u).sheet == tag.sheet { return Tag(0u, 0); }

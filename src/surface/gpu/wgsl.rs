@@ -6,7 +6,8 @@ use super::super::clusters::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
-use super::layout::{SHEETS_MAX, VERTEX_WORDS, flag};
+use super::layout::{Params, Region, SHEETS_MAX, SurfaceStatus, VERTEX_WORDS, Work, flag};
+use crate::sim::gpu::layout::{SURFACE_PARTICLE, Twin};
 use std::fmt::Write;
 
 /// Units of fixed point in the inside of clay: sums of up to 128 times that, resolved to 1e-7 of it.
@@ -101,7 +102,7 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("SHEETS_FULL", flag::SHEETS_FULL),
         ("MESH_FULL", flag::MESH_FULL),
     ];
-    for (name, value) in unsigned {
+    for (name, value) in unsigned.into_iter().chain(SURFACE_PARTICLE) {
         // Writing to a string does not fail.
         let _ = writeln!(text, "const {name}: u32 = {value}u;");
     }
@@ -119,6 +120,9 @@ pub(super) fn compose(pass: &Pass) -> String {
     ];
     for (name, value) in reals {
         let _ = writeln!(text, "const {name}: f32 = {value:?}f;");
+    }
+    for declaration in [Params::TEXT, SurfaceStatus::TEXT, Region::TEXT, Work::TEXT] {
+        text.push_str(declaration);
     }
     text.push_str(include_str!("prelude.wgsl"));
     pass.parts.iter().chain([&pass.text]).for_each(|part| text.push_str(part));
@@ -141,11 +145,9 @@ pub(super) fn case_words() -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::super::mc_table::{EDGES, edge_axis};
-    use super::super::layout::{Params, REGION_BYTES, SurfaceStatus, WORK_BYTES};
     use super::*;
     use crate::sim::gpu::kernel::bindings;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
-    use std::mem::offset_of;
 
     fn validated(name: &str, text: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
@@ -197,88 +199,20 @@ mod tests {
         }
     }
 
-    macro_rules! twin {
-        ($module:expr, $type:ident, $name:literal, [$($field:ident),* $(,)?]) => {
-            let found = $module.types.iter().find(|(_, t)| t.name.as_deref() == Some($name)).expect("the struct");
-            let naga::TypeInner::Struct { members, span } = &found.1.inner else { panic!("{} is no struct", $name) };
-            let theirs: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset as usize)).collect();
-            let ours = vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*];
-            assert_eq!((ours, size_of::<$type>()), (theirs, *span as usize), $name);
-        };
+    /// A shared struct has the same members at the same offsets on the device.
+    fn assert_same<T: Twin>(module: &naga::Module) {
+        let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(T::NAME)).expect("the struct");
+        let naga::TypeInner::Struct { members, span } = &found.1.inner else { panic!("{} is no struct", T::NAME) };
+        let theirs: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or_default(), m.offset as usize)).collect();
+        assert_eq!((T::OFFSETS, size_of::<T>()), (&theirs[..], *span as usize), "{}", T::NAME);
     }
 
     #[test]
     fn structs_are_laid_out_as_their_twins() {
         let module = validated("emit", &compose(Id::Emit.pass()));
-        twin!(
-            module,
-            Params,
-            "Params",
-            [
-                blocks,
-                particle_count,
-                usable,
-                spacing,
-                origin,
-                iso,
-                scale,
-                shift,
-                reach_low,
-                reach_high,
-                density_exponent,
-                first,
-                tap_count,
-                slot_capacity,
-                taps,
-                sheet_capacity,
-                vertex_first,
-                vertex_capacity,
-                index_first,
-                index_capacity,
-                is_forced,
-                level,
-                method,
-                has_grains,
-                cell_width,
-                spare,
-            ]
-        );
-        let span = |name: &str| {
-            let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct");
-            let naga::TypeInner::Struct { span, .. } = found.1.inner else { panic!("{name} is no struct") };
-            u64::from(span)
-        };
-        assert_eq!((span("Region"), span("Work")), (REGION_BYTES, WORK_BYTES));
-        twin!(
-            module,
-            SurfaceStatus,
-            "Status",
-            [
-                flags,
-                slot_counts,
-                sheet_count,
-                is_changed,
-                vertex_count,
-                index_count,
-                index_count_before,
-                kept_slots,
-                kept_sheets,
-                extraction_count,
-                found_grains,
-                sides,
-                sheets,
-                grain_count,
-                slot_limits,
-                free_counts,
-                slot_span,
-                is_all,
-                is_stale,
-                mesh_end,
-                wanted,
-                least,
-                block_count,
-                spare,
-            ]
-        );
+        assert_same::<Params>(&module);
+        assert_same::<SurfaceStatus>(&module);
+        assert_same::<Region>(&module);
+        assert_same::<Work>(&module);
     }
 }

@@ -1,4 +1,4 @@
-// Records (29 words, SI, as in a snapshot) -> state (cells and substeps).
+// Records (SI, as in a snapshot) -> state (cells and substeps).
 
 @group(0) @binding(4) var<storage, read> records: array<u32>;
 
@@ -15,14 +15,15 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     let i = invocation(group, groups, k);
     if i >= params.particle_count || is_halted() { return; }
     let r = i * RECORD_WORDS;
-    let cell = vec3i(i32(records[r]), i32(records[r + 1u]), i32(records[r + 2u]));
-    let e = Sym(numbers(r + 18u), numbers(r + 21u));
+    let cell = vec3i(vec3u(records[r + RECORD_CELL], records[r + RECORD_CELL + 1u], records[r + RECORD_CELL + 2u]));
+    let affine = r + RECORD_AFFINE;
+    let e = Sym(numbers(r + RECORD_STRAIN), numbers(r + RECORD_STRAIN + 3u));
     let tau = stress(e);
-    state[at(POSITION, i)] = vec4f(numbers(r + 3u), bitcast<f32>(pack_cell(cell)));
-    state[at(VELOCITY, i)] = vec4f(numbers(r + 6u) / params.velocity_unit, bitcast<f32>(records[r + 28u]));
-    state[at(AFFINE, i)] = vec4f(numbers(r + 9u) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + 26u) / params.mass_unit);
-    state[at(AFFINE + 1u, i)] = vec4f(numbers(r + 12u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + 25u));
-    state[at(AFFINE + 2u, i)] = vec4f(numbers(r + 15u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
+    state[at(POSITION, i)] = vec4f(numbers(r + RECORD_OFFSET), bitcast<f32>(pack_cell(cell)));
+    state[at(VELOCITY, i)] = vec4f(numbers(r + RECORD_VELOCITY) / params.velocity_unit, bitcast<f32>(records[r + RECORD_TAGS]));
+    state[at(AFFINE, i)] = vec4f(numbers(affine) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + RECORD_REST_VOLUME) / params.mass_unit);
+    state[at(AFFINE + 1u, i)] = vec4f(numbers(affine + 3u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + RECORD_STRUCTURE));
+    state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
-    state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + 24u), bitcast<f32>(i));
+    state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + RECORD_HARDENING), bitcast<f32>(i));
 }

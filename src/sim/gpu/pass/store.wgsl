@@ -1,4 +1,4 @@
-// State -> records (SI) and surface particles (24 bytes). What the substeps do not change comes from the
+// State -> records (SI) and surface particles. What the substeps do not change comes from the
 // particle's record before.
 
 @group(0) @binding(4) var<storage, read> records: array<u32>;
@@ -25,21 +25,22 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     let cell = unpack_cell(bitcast<u32>(position.w));
     let r = i * RECORD_WORDS;
     let from_ = bitcast<u32>(b.w) * RECORD_WORDS;
-    stored[r] = u32(cell.x);
-    stored[r + 1u] = u32(cell.y);
-    stored[r + 2u] = u32(cell.z);
-    put(r + 3u, position.xyz);
-    put(r + 6u, velocity.xyz * params.velocity_unit);
-    put(r + 9u, (a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y)) * params.rate_unit);
-    put(r + 12u, (state[at(AFFINE + 1u, i)].xyz + vec3f(tau.o.x, tau.d.y, tau.o.z)) * params.rate_unit);
-    put(r + 15u, (state[at(AFFINE + 2u, i)].xyz + vec3f(tau.o.y, tau.o.z, tau.d.z)) * params.rate_unit);
-    put(r + 18u, e.d);
-    put(r + 21u, e.o);
-    stored[r + 24u] = bitcast<u32>(b.z);
-    stored[r + 25u] = bitcast<u32>(state[at(AFFINE + 1u, i)].w);
-    stored[r + 26u] = records[from_ + 26u];
-    stored[r + 27u] = records[from_ + 27u];
-    stored[r + 28u] = bitcast<u32>(velocity.w);
+    let affine = r + RECORD_AFFINE;
+    stored[r + RECORD_CELL] = u32(cell.x);
+    stored[r + RECORD_CELL + 1u] = u32(cell.y);
+    stored[r + RECORD_CELL + 2u] = u32(cell.z);
+    put(r + RECORD_OFFSET, position.xyz);
+    put(r + RECORD_VELOCITY, velocity.xyz * params.velocity_unit);
+    put(affine, (a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y)) * params.rate_unit);
+    put(affine + 3u, (state[at(AFFINE + 1u, i)].xyz + vec3f(tau.o.x, tau.d.y, tau.o.z)) * params.rate_unit);
+    put(affine + 6u, (state[at(AFFINE + 2u, i)].xyz + vec3f(tau.o.y, tau.o.z, tau.d.z)) * params.rate_unit);
+    put(r + RECORD_STRAIN, e.d);
+    put(r + RECORD_STRAIN + 3u, e.o);
+    stored[r + RECORD_HARDENING] = bitcast<u32>(b.z);
+    stored[r + RECORD_STRUCTURE] = bitcast<u32>(state[at(AFFINE + 1u, i)].w);
+    stored[r + RECORD_REST_VOLUME] = records[from_ + RECORD_REST_VOLUME];
+    stored[r + RECORD_ID] = records[from_ + RECORD_ID];
+    stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
 
     let tags = bitcast<u32>(velocity.w);
     if (tags & 0xff00u) != 0u { atomicOr(&status.sheets[(tags & 255u) / 32u], 1u << (tags & 31u)); }
@@ -48,11 +49,11 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     let x = vec3f(cell) + position.xyz;
     let f = 1.0 + e.d;
     let det = f.x * (f.y * f.z - e.o.z * e.o.z) - e.o.x * (e.o.x * f.z - e.o.z * e.o.y) + e.o.y * (e.o.x * e.o.z - f.y * e.o.y);
-    let q = i * 6u;
-    surface[q] = bitcast<u32>(x.x);
-    surface[q + 1u] = bitcast<u32>(x.y);
-    surface[q + 2u] = bitcast<u32>(x.z);
-    surface[q + 3u] = bitcast<u32>(sqrt(max(det, 0.0)));
-    surface[q + 4u] = bitcast<u32>(a0.w * params.density_unit);
-    surface[q + 5u] = bitcast<u32>(velocity.w);
+    let q = i * SURFACE_PARTICLE_WORDS;
+    surface[q + SURFACE_PARTICLE_POSITION] = bitcast<u32>(x.x);
+    surface[q + SURFACE_PARTICLE_POSITION + 1u] = bitcast<u32>(x.y);
+    surface[q + SURFACE_PARTICLE_POSITION + 2u] = bitcast<u32>(x.z);
+    surface[q + SURFACE_PARTICLE_VOLUME_RATIO] = bitcast<u32>(sqrt(max(det, 0.0)));
+    surface[q + SURFACE_PARTICLE_DENSITY_WEIGHT] = bitcast<u32>(a0.w * params.density_unit);
+    surface[q + SURFACE_PARTICLE_TAGS] = bitcast<u32>(velocity.w);
 }

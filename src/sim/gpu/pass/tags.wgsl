@@ -33,7 +33,7 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let was_near = from_.is_inside && abs(from_.distance) <= BAND;
         let is_near = to.is_inside && abs(to.distance) <= BAND;
         // A wire holds nothing off, and tags nothing twice.
-        let holds = t.shape != WIRE;
+        let holds = !is_wire(t);
         let at_blade = is_near || (holds && is_crossed(t, before, after));
         let is_new = holds && !was_near && at_blade;
         var is_behind = from_.distance < 0.0;

@@ -3,7 +3,7 @@
 @compute @workgroup_size(64)
 fn survey(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = group_number(group, groups) * 64u + k;
-    if i >= params.particle_count || particles[6u * i + 5u] == 0u || !is_usable(i) { return; }
+    if i >= params.particle_count || particles[SURFACE_PARTICLE_WORDS * i + SURFACE_PARTICLE_TAGS] == 0u || !is_usable(i) { return; }
     for (var slot = 0u; slot < 2u; slot++) {
         let tag = tag_of(i, slot);
         if tag.sheet != 0u {
