@@ -2,8 +2,8 @@
 //! ended. The same engine on the same device makes the same bits of it.
 //!
 //! A recording is 8 letters, a version, and a packet for each event, the first of which says what made it.
-//! Each event is handed to the system when [`Recorder::write`] returns: of a run that was killed the events up
-//! to there can be read.
+//! Each event is handed to the system when [`Recorder::write`] returns: of a run that was killed the events
+//! up to there can be read.
 //!
 //! ```
 //! use bevy_clay::scene::recording::{Event, Recorder, Recording};

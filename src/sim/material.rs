@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Distance from a tool [cells] within which Eq. 5 takes clay for near.
 pub const SOFTENING_REACH: f64 = 3.0;
 
-/// sqrt(2/3) [-]: |deviator| over equivalent stress, plastic strain over what a flow shortens the deviator by.
+/// sqrt(2/3) [-]: |deviator| over equivalent stress, plastic strain over what flow shortens the deviator by.
 pub(crate) const SQRT_2_3: f64 = 0.816_496_580_927_726;
 /// The softening length tau of Eq. 5 where none is given [cells]: the paper names none.
 pub const SOFTENING_LENGTH: f64 = 3.0;

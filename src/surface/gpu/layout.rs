@@ -104,8 +104,8 @@ twins! {
 }
 
 twins! {
-    /// What the last run of the passes says. Counts are of that run, or, where they are marked kept, of the last
-    /// extraction.
+    /// What the last run of the passes says. Counts are of that run, or, where they are marked kept, of the
+    /// last extraction.
     pub SurfaceStatus = "Status" {
         /// What there was no room for, as bits: see [`flag`]. The mesh is then the one before.
         pub flags: u32 = "atomic<u32>",
