@@ -28,8 +28,8 @@ impl Record {
         record.fault.take().map_or(Ok(record), Err)
     }
 
-    /// A plan is about to be submitted. A stroke is what tools do from where one appears to where none is
-    /// left.
+    /// A plan was submitted: one that the engine refuses is no part of the run. A stroke is what tools do from
+    /// where one appears to where none is left.
     pub(crate) fn plan(&mut self, plan: &FramePlan) {
         let is_in_stroke = !plan.tools.is_empty();
         match (std::mem::replace(&mut self.is_in_stroke, is_in_stroke), is_in_stroke) {
@@ -45,12 +45,14 @@ impl Record {
         self.write(&Event::Report(report.plan_id));
     }
 
-    /// The run is over and left this clay; says what was wrong with the recording.
-    pub(crate) fn end(&mut self, clay: &Snapshot) -> Option<String> {
+    /// The run is over and left this clay, if the engine still has it; says what was wrong with the recording.
+    pub(crate) fn end(&mut self, clay: Option<&Snapshot>) -> Option<String> {
         if std::mem::take(&mut self.is_in_stroke) {
             self.write(&Event::StrokeEnded);
         }
-        self.write(&Event::Ended(clay.checksum()));
+        if let Some(clay) = clay {
+            self.write(&Event::Ended(clay.checksum()));
+        }
         self.recorder = None;
         self.fault.take()
     }

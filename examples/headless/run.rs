@@ -54,8 +54,8 @@ impl Run {
                 break;
             }
             let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
-            self.record.plan(&plan);
-            let report = engine.submit(plan.clone()).and_then(|()| engine.wait());
+            let submitted = engine.submit(plan.clone()).inspect(|()| self.record.plan(&plan));
+            let report = submitted.and_then(|()| engine.wait());
             planner.sent();
             match report {
                 Ok(report) => self.last = report,

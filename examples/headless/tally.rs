@@ -11,6 +11,11 @@ const MASS_ERROR_MAX: f64 = 1e-7;
 /// Greatest error of the momentum balance over what moved [-].
 const BALANCE_ERROR_MAX: f64 = 1e-5;
 
+/// The greater of two numbers; unlike [`f64::max`], NaN if one of them is.
+fn most(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
 /// A line per frame, and what the frames had in common.
 pub(crate) struct Tally {
     /// The text of `metrics.csv`.
@@ -54,9 +59,9 @@ impl Tally {
         self.frames += u64::from(!report.health.contains(Health::GIVEN_UP));
         self.steps += u64::from(report.steps);
         self.redone += u64::from(report.redone);
-        self.balance_max = self.balance_max.max(report.balance_error());
-        self.mass_error_max = self.mass_error_max.max(mass_error);
-        self.ratio = (self.ratio.0.min(report.volume_ratio.0), self.ratio.1.max(report.volume_ratio.1));
+        self.balance_max = most(self.balance_max, report.balance_error());
+        self.mass_error_max = most(self.mass_error_max, mass_error);
+        self.ratio = (-most(-self.ratio.0, -report.volume_ratio.0), most(self.ratio.1, report.volume_ratio.1));
         for tool in &report.tools {
             let index = tool.id as usize - 1;
             if self.force_max.len() <= index {
@@ -107,6 +112,7 @@ impl Tally {
         }
         let checks = [
             (self.ratio.0.is_finite() && self.ratio.1.is_finite(), "a volume ratio is not finite".to_string()),
+            (!self.health.contains(Health::STRAIN), Health::STRAIN.to_string()),
             (self.mass_error_max <= MASS_ERROR_MAX, format!("grid mass is off by {:.1e}", self.mass_error_max)),
             (self.balance_max <= BALANCE_ERROR_MAX, format!("momentum is off by {:.1e} of what moved", self.balance_max)),
         ];

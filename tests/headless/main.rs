@@ -4,6 +4,7 @@
 
 mod input;
 mod replay;
+mod tally;
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
@@ -349,6 +350,23 @@ fn coarse_torus_is_well() {
         assert!(summary["particles"].as_u64().is_some_and(|n| count.contains(&n)), "{summary}");
         assert_eq!(summary["surface"]["closed_manifold"], true);
     }
+}
+
+/// Crushed clay is not well however few its cells are: its surface cannot be smaller than they. Nor is clay
+/// whose stretch was clamped, which the checks of volume alone would let pass where it swells again.
+#[test]
+fn crushed_clay_is_a_fault() {
+    let desk = Desk::new();
+    let clay = |density: f64, young: f64, gravity: f64| {
+        let values = format!("Values(density: {density}, young_modulus: {young}, poisson_ratio: 0.3, yield_stress: 10)");
+        desk.run(&format!("{}, gravity: (0, -{gravity}, 0), material: {values}", BLOCK.replace("0.05", "0.2")))
+    };
+    let volume = "check failed: the surface encloses +";
+    clay(1700.0, 1e3, 1000.0).ends(1, &[volume]);
+    let summary = desk.summary();
+    assert!(summary["J"][0].as_f64().is_some_and(|least| least < 0.01), "{summary}");
+    assert_eq!((&summary["surface"]["volume_error_max"], &summary["exit_status"]), (&0.3.into(), &1.into()));
+    clay(1e18, 1e-3, 9.81).ends(1, &["check failed: a particle's stretch was clamped to 0.05 .. 20", volume]);
 }
 
 /// A closed cube with a triangle given twice has no hole, and its volume is its own.
