@@ -91,7 +91,7 @@ fn prepare(args: &Args) -> Result<Ready, String> {
     let places = Places::prepare(args, &built.scene)?;
     built.warnings.iter().for_each(|warning| say::warning(warning));
     interrupt::watch()?;
-    let record = Record::begin(args, &engine, &built.snapshot)?;
+    let record = Record::begin(args.record.as_deref(), &engine, &built.snapshot)?;
     Ok(Ready { built, engine, places, record, began })
 }
 

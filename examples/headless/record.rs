@@ -1,9 +1,9 @@
 //! The run on file, for `--replay`. A recording that cannot be written any more is a fault, and the run goes
 //! on.
 
-use crate::args::Args;
 use bevy_clay::prelude::*;
 use bevy_clay::scene::recording::Event;
+use std::path::Path;
 
 /// The recording of a run, if there is to be one.
 #[derive(Default)]
@@ -16,21 +16,25 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// Begins where `--record` says, with the clay that `engine` has loaded.
+    /// Begins at `path`, if there is one, with the clay that `engine` has loaded.
     ///
     /// # Errors
     /// One line that names the file that cannot be written.
-    pub(crate) fn begin(args: &Args, engine: &NativeEngine, clay: &Snapshot) -> Result<Self, String> {
-        let Some(path) = &args.record else { return Ok(Self::default()) };
+    pub(crate) fn begin(path: Option<&Path>, engine: &NativeEngine, clay: &Snapshot) -> Result<Self, String> {
+        let Some(path) = path else { return Ok(Self::default()) };
         let recorder = Recorder::create(path, engine).map_err(|e| e.to_string())?;
         let mut record = Self { recorder: Some(recorder), ..Self::default() };
         record.write(&Event::Load(clay.clone()));
         record.fault.take().map_or(Ok(record), Err)
     }
 
-    /// A plan was submitted: one that the engine refuses is no part of the run. A stroke is what tools do from
-    /// where one appears to where none is left.
-    pub(crate) fn plan(&mut self, plan: &FramePlan) {
+    /// Submits a plan: one that the engine refuses is no part of the run. A stroke is what tools do from where
+    /// one appears to where none is left.
+    ///
+    /// # Errors
+    /// What the engine refuses.
+    pub(crate) fn submit(&mut self, engine: &mut NativeEngine, plan: &FramePlan) -> Result<(), EngineError> {
+        engine.submit(plan.clone())?;
         let is_in_stroke = !plan.tools.is_empty();
         match (std::mem::replace(&mut self.is_in_stroke, is_in_stroke), is_in_stroke) {
             (false, true) => self.write(&Event::StrokeBegan),
@@ -38,6 +42,7 @@ impl Record {
             (false, false) | (true, true) => {}
         }
         self.write(&Event::Plan(plan.clone()));
+        Ok(())
     }
 
     /// A report has been handed out.

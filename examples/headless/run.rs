@@ -54,8 +54,7 @@ impl Run {
                 break;
             }
             let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
-            let submitted = engine.submit(plan.clone()).inspect(|()| self.record.plan(&plan));
-            let report = submitted.and_then(|()| engine.wait());
+            let report = self.record.submit(engine, &plan).and_then(|()| engine.wait());
             planner.sent();
             match report {
                 Ok(report) => self.last = report,

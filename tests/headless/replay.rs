@@ -1,6 +1,12 @@
 //! `--record` and `--replay`.
 
+#[path = "../../examples/headless/record.rs"]
+mod record;
+
 use crate::{BLOCK, Desk, HEADLESS, Ran};
+use bevy_clay::prelude::*;
+use record::Record;
+use std::path::Path;
 use std::process::Command;
 
 /// A ball that presses into the block for a part of the run.
@@ -8,7 +14,7 @@ const PRESSED: &str = "clay: [Box(size: (0.01, 0.01, 0.01))], cell_width: 0.005,
     keyframes: [(time: 0.01, position: (0, 0.0105, 0)), (time: 0.03, position: (0, 0.0085, 0))])]";
 
 /// `headless SCENE --out out --record run.clayrun`.
-fn record(desk: &Desk, scene: &str) -> Ran {
+fn recorded(desk: &Desk, scene: &str) -> Ran {
     Ran::of(desk.command(scene).args(["--record", "run.clayrun"]))
 }
 
@@ -20,7 +26,7 @@ fn replay(desk: &Desk) -> Ran {
 #[test]
 fn replay_has_the_same_bits() {
     let desk = Desk::new();
-    record(&desk, PRESSED).ends(0, &[]);
+    recorded(&desk, PRESSED).ends(0, &[]);
     assert_eq!(desk.summary()["frames"]["run"], 10);
     std::fs::remove_file(desk.at("scene.ron")).expect("a scene");
     std::fs::remove_dir_all(desk.at("out")).expect("results");
@@ -56,7 +62,7 @@ fn forge(desk: &Desk, from: &str, to: &str) {
 #[test]
 fn other_bits_are_told() {
     let desk = Desk::new();
-    record(&desk, PRESSED).ends(0, &[]);
+    recorded(&desk, PRESSED).ends(0, &[]);
     forge(&desk, "radius:0.005", "radius:0.004");
     replay(&desk).ends(1, &["error: run.clayrun: 10 frames replayed, 0.050 s of clay, "]);
     forge(&desk, "native CPU engine, ", "native CPU engines ");
@@ -69,13 +75,42 @@ fn other_bits_are_told() {
 #[test]
 fn killed_run_is_replayed_as_far_as_it_goes() {
     let desk = Desk::new();
-    record(&desk, PRESSED).ends(0, &[]);
+    recorded(&desk, PRESSED).ends(0, &[]);
     let bytes = std::fs::read(desk.at("run.clayrun")).expect("a recording");
     std::fs::write(desk.at("run.clayrun"), &bytes[..bytes.len() - 300]).expect("a recording");
     let ran = replay(&desk);
     ran.ends(0, &["warning: run.clayrun: its run was killed, the last of them cut: "]);
     assert!(ran.error.contains(" frames can be read, and there is no end to compare with"), "{ran:?}");
     assert!(ran.out.contains(" frames replayed") && !ran.out.contains("same bits"), "{ran:?}");
+}
+
+/// A plan that the engine refuses stops the run and is no part of it: the recording is whole without it.
+#[test]
+fn run_stopped_by_a_refusal_is_replayed() {
+    let desk = Desk::new();
+    let scene = Scene::from_ron(&format!("({PRESSED})")).expect("a scene");
+    let built = scene.build(Path::new(".")).expect("clay");
+    let mut engine = NativeEngine::new();
+    engine.load(&built.snapshot).expect("loaded");
+    let mut record = Record::begin(Some(&desk.at("run.clayrun")), &engine, &built.snapshot).expect("begun");
+    let mut planner = built.planner();
+    for frame in 0..4 {
+        let Decision::Run(plan) = built.next(frame, &mut planner) else { panic!("a frame") };
+        let refused = FramePlan { dt: 0.0, ..plan.clone() };
+        if frame == 3 {
+            record.submit(&mut engine, &refused).expect_err("no step of 0 s");
+            break;
+        }
+        record.submit(&mut engine, &plan).expect("taken");
+        planner.sent();
+        let mut report = engine.wait().expect("a report");
+        record.report(&report);
+        planner.note(&mut report);
+    }
+    assert_eq!(record.end(engine.save().ok().as_ref()), None);
+    let ran = replay(&desk);
+    ran.ends(0, &[]);
+    assert!(ran.out.contains("run.clayrun: 3 frames replayed") && ran.out.contains(": the same bits"), "{ran:?}");
 }
 
 /// Bad recordings end with 2, before a frame is run.
@@ -85,7 +120,7 @@ fn bad_recordings_are_named() {
     replay(&desk).ends(2, &["error: run.clayrun: "]);
     desk.write("run.clayrun", "(clay: [])");
     replay(&desk).ends(2, &["error: run.clayrun: is no recording of a run"]);
-    record(&desk, BLOCK).ends(0, &[]);
+    recorded(&desk, BLOCK).ends(0, &[]);
     let bytes = std::fs::read(desk.at("run.clayrun")).expect("a recording");
     let mut other = bytes.clone();
     other[8] = 77;
