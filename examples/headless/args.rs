@@ -1,5 +1,6 @@
 //! The command line.
 
+use bevy_clay::prelude::*;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 
@@ -74,9 +75,16 @@ impl Args {
         self.scene.as_deref().unwrap_or(Path::new(""))
     }
 
-    /// Pictures that are to be taken of `frames`.
-    pub(crate) fn pictures_of(&self, frames: u64) -> u64 {
-        self.pictures.unwrap_or(PICTURES).min(frames)
+    /// Frames to run of `built`.
+    pub(crate) fn frames_of(&self, built: &BuiltScene) -> u64 {
+        built.frame_count().min(self.frames.unwrap_or(u64::MAX))
+    }
+
+    /// The frames of `built`, from 1, after which a picture is taken: the ends of equal parts of the run.
+    pub(crate) fn pictured(&self, built: &BuiltScene) -> Vec<u64> {
+        let frames = self.frames_of(built);
+        let count = self.pictures.unwrap_or(PICTURES).min(frames);
+        (1..=count).map(|picture| (picture * frames).div_ceil(count)).collect()
     }
 
     /// Whether pictures were asked for: then it is a fault if there are none.

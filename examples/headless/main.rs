@@ -88,10 +88,10 @@ fn prepare(args: &Args) -> Result<Ready, String> {
     let built = scene.build(args.scene().parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
     let mut engine = NativeEngine::new();
     engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file))?;
-    let places = Places::prepare(args, &built.scene)?;
+    let places = Places::prepare(args, &built)?;
+    let record = interrupt::watch().and_then(|()| Record::begin(args.record.as_deref(), &engine, &built.snapshot));
+    let record = record.inspect_err(|_| places.withdraw())?;
     built.warnings.iter().for_each(|warning| say::warning(warning));
-    interrupt::watch()?;
-    let record = Record::begin(args.record.as_deref(), &engine, &built.snapshot)?;
     Ok(Ready { built, engine, places, record, began })
 }
 
@@ -103,6 +103,8 @@ fn finish(args: &Args, ready: Ready) -> Exit {
     // In place of an earlier run's, which would pass for this one's if this one is killed; and where it
     // cannot be written nothing can.
     if !results.write_summary(&run) {
+        run.record.withdraw();
+        places.withdraw();
         return Exit::Input;
     }
     let Domain { cell_width, .. } = built.snapshot.domain;

@@ -4,6 +4,7 @@
 #[path = "../studio/mod.rs"]
 mod studio;
 
+use crate::places;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
 use bevy::light::CascadeShadowConfigBuilder;
@@ -41,7 +42,7 @@ pub(crate) fn draw(moments: Vec<Moment>, folder: &Path) -> Result<Vec<PathBuf>, 
     if moments.is_empty() {
         return Ok(vec![]);
     }
-    let files: Vec<PathBuf> = moments.iter().map(|m| folder.join(format!("frame_{:04}.png", m.frame))).collect();
+    let files: Vec<PathBuf> = moments.iter().map(|m| places::picture(folder, m.frame)).collect();
     let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false };
     studio::take(files, |app| {
         app.insert_resource(show).add_systems(Startup, spawn).add_systems(Update, step);

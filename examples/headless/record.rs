@@ -3,7 +3,7 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::scene::recording::Event;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The recording of a run, if there is to be one.
 #[derive(Default)]
@@ -13,6 +13,8 @@ pub(crate) struct Record {
     is_in_stroke: bool,
     /// Why it could not be written.
     fault: Option<String>,
+    /// Its file, if there was none before.
+    made: Option<PathBuf>,
 }
 
 impl Record {
@@ -22,10 +24,29 @@ impl Record {
     /// One line that names the file that cannot be written.
     pub(crate) fn begin(path: Option<&Path>, engine: &NativeEngine, clay: &Snapshot) -> Result<Self, String> {
         let Some(path) = path else { return Ok(Self::default()) };
-        let recorder = Recorder::create(path, engine).map_err(|e| e.to_string())?;
-        let mut record = Self { recorder: Some(recorder), ..Self::default() };
+        let made = (!path.exists()).then(|| path.to_path_buf());
+        let mut record = Self { made, ..Self::default() };
+        match Recorder::create(path, engine) {
+            Ok(recorder) => record.recorder = Some(recorder),
+            Err(error) => record.fault = Some(error.to_string()),
+        }
         record.write(&Event::Load(clay.clone()));
-        record.fault.take().map_or(Ok(record), Err)
+        match record.fault.take() {
+            None => Ok(record),
+            Some(fault) => {
+                record.withdraw();
+                Err(fault)
+            }
+        }
+    }
+
+    /// There is no run after all: removes the file, unless another was there before.
+    pub(crate) fn withdraw(&mut self) {
+        self.recorder = None;
+        if let Some(path) = self.made.take() {
+            // If it cannot be removed, the refusal is what matters.
+            let _ = std::fs::remove_file(path);
+        }
     }
 
     /// Submits a plan: one that the engine refuses is no part of the run. A stroke is what tools do from where

@@ -24,8 +24,8 @@ pub(crate) enum End {
 pub(crate) struct Run {
     /// Frames to run.
     pub(crate) frames: u64,
-    /// Pictures to take.
-    pub(crate) pictures: u64,
+    /// The frames, from 1, after which pictures are taken.
+    pub(crate) pictured: Vec<u64>,
     pub(crate) tally: Tally,
     /// The last report.
     pub(crate) last: FrameReport,
@@ -37,9 +37,9 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn new(built: &BuiltScene, args: &Args, record: Record) -> Self {
-        let frames = built.frame_count().min(args.frames.unwrap_or(u64::MAX));
+        let (frames, pictured) = (args.frames_of(built), args.pictured(built));
         let (tally, last) = (Tally::new(), FrameReport::default());
-        Self { frames, pictures: args.pictures_of(frames), tally, last, moments: vec![], end: End::Running, record }
+        Self { frames, pictured, tally, last, moments: vec![], end: End::Running, record }
     }
 
     /// Runs the frames, to the last of them or to where something ends the run.
@@ -82,10 +82,10 @@ impl Run {
         if self.tally.frames == 0 { clay.rest_volume() } else { self.last.volume }
     }
 
-    /// Keeps what a picture shows, after the frames whose ends divide the run into equal parts.
+    /// Keeps what a picture shows, after the frames of which one is taken.
     fn look(&mut self, engine: &NativeEngine, plan: &FramePlan) {
-        let (frame, count) = (plan.id + 1, self.pictures);
-        if !pictures::ARE_DRAWN || frame * count / self.frames == plan.id * count / self.frames {
+        let frame = plan.id + 1;
+        if !pictures::ARE_DRAWN || self.pictured.binary_search(&frame).is_err() {
             return;
         }
         let Some(source) = engine.surface() else { return };

@@ -154,7 +154,7 @@ impl<'a> Results<'a> {
                 self.fault(format!("no pictures: {reason}"));
                 self.write_summary(run);
             }
-            Err(reason) if run.pictures > 0 => say::line(&format!("no pictures: {reason}")),
+            Err(reason) if !run.pictured.is_empty() => say::line(&format!("no pictures: {reason}")),
             Err(_) => {}
         }
     }

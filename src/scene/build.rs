@@ -5,6 +5,7 @@ use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::solid::{MeshSolid, Solid};
+use super::stamp::FileStamp;
 use super::text::{named, short};
 use crate::sim::params::{CELLS_MAX, Domain, LENGTH, PADDING, ParamsError};
 use crate::sim::planner::{Decision, Planner, Policy, StepLimits};
@@ -40,6 +41,9 @@ pub struct BuiltScene {
     pub warnings: Vec<String>,
     /// What filling the clay found.
     pub fill: FillReport,
+    /// Every file that was read for it or looked for, but the scene's own, as it was before: meshes, the
+    /// buffers beside them, clays and those that they extend.
+    pub inputs: Vec<FileStamp>,
     /// The scene.
     pub scene: Scene,
 }
@@ -132,6 +136,7 @@ struct Clay {
     low: DVec3,
     high: DVec3,
     warnings: Vec<String>,
+    inputs: Vec<FileStamp>,
 }
 
 impl Scene {
@@ -150,9 +155,11 @@ impl Scene {
     /// As [`Self::build`].
     pub fn build_within(&self, base_dir: &Path, memory_limit: f64) -> Result<BuiltScene, SceneError> {
         self.validate()?;
-        let (material, odd) = self.clay_material(base_dir)?;
-        let Clay { solids, low, high, mut warnings } = self.clay_solids(base_dir)?;
+        let mut inputs = vec![];
+        let (material, odd) = self.clay_material(base_dir, &mut inputs)?;
+        let Clay { solids, low, high, mut warnings, inputs: meshes } = self.clay_solids(base_dir)?;
         warnings.extend(odd);
+        inputs.extend(meshes);
         self.check_memory(&solids, (low, high), memory_limit)?;
         let room = self.domain.unwrap_or_else(|| self.room_about(low, high, self.cell_width));
         let params = |error| SceneError::Params { file: self.file.clone(), error };
@@ -178,15 +185,16 @@ impl Scene {
             |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
         let snapshot = Snapshot::new(domain, material, particles);
-        let built = BuiltScene { snapshot, warnings, fill: report, scene: self.clone() };
+        let built = BuiltScene { snapshot, warnings, fill: report, inputs, scene: self.clone() };
         built.check_steps()?;
         Ok(built)
     }
 
     fn clay_solids(&self, base_dir: &Path) -> Result<Clay, SceneError> {
-        let mut clay = Clay { solids: Vec::new(), low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, warnings: Vec::new() };
+        let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut clay = Clay { solids: vec![], low, high, warnings: vec![], inputs: vec![] };
         for (index, body) in self.clay.iter().enumerate() {
-            let solid = body.solid(base_dir, &mut clay.warnings)?;
+            let solid = body.solid(base_dir, &mut clay)?;
             let (low, high) = solid.bounds();
             (clay.low, clay.high) = (clay.low.min(low), clay.high.max(high));
             let thickness = solid.thickness();
@@ -302,22 +310,24 @@ impl Body {
         }
     }
 
-    fn solid(&self, base_dir: &Path, warnings: &mut Vec<String>) -> Result<Solid, SceneError> {
+    fn solid(&self, base_dir: &Path, clay: &mut Clay) -> Result<Solid, SceneError> {
         Ok(match *self {
             Self::Box { size, center } => Solid::Box { low: center - size / 2.0, high: center + size / 2.0 },
             Self::Sphere { radius, center } => Solid::Sphere { center, radius },
             Self::Cylinder { radius, height, center } => Solid::Cylinder { center, radius, height },
-            Self::Mesh(ref mesh) => Solid::Mesh(Box::new(mesh.solid(base_dir, warnings)?)),
+            Self::Mesh(ref mesh) => Solid::Mesh(Box::new(mesh.solid(base_dir, clay)?)),
         })
     }
 }
 
 impl MeshBody {
-    fn solid(&self, base_dir: &Path, warnings: &mut Vec<String>) -> Result<MeshSolid, SceneError> {
+    /// The solid; `clay` gains what is odd about it and the files it is read from.
+    fn solid(&self, base_dir: &Path, clay: &mut Clay) -> Result<MeshSolid, SceneError> {
+        let warnings = &mut clay.warnings;
         let path = &self.path;
         let file = base_dir.join(path);
         let path = short(path);
-        let mut mesh = ImportedMesh::load(&file)?;
+        let mut mesh = ImportedMesh::load_stamped(&file, &mut clay.inputs)?;
         mesh.place(self.rotation.quaternion(), 1.0, DVec3::ZERO);
         let (low, high) = mesh.bounds();
         let extent = high - low;

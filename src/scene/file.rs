@@ -21,6 +21,7 @@ use super::check::{
 use super::clay;
 use super::error::SceneError;
 use super::export::{ExportFormat, ExportOptions, PARTICLES};
+use super::stamp::FileStamp;
 use super::text::{from_ron, named, read_text};
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
@@ -267,14 +268,14 @@ impl Scene {
     }
 
     /// The clay's parameters, with the scene's softening in place of the material's, and what is odd about
-    /// its file. `base_dir` is the scene file's folder.
+    /// its file. `base_dir` is the scene file's folder; `stamps` gains what [`clay::ClayFile::load_stamped`] has.
     ///
     /// # Errors
     /// A clay file that is not there or bad, a softening out of its range.
-    pub fn clay_material(&self, base_dir: &Path) -> Result<(ClayMaterial, Vec<String>), SceneError> {
+    pub fn clay_material(&self, base_dir: &Path, stamps: &mut Vec<FileStamp>) -> Result<(ClayMaterial, Vec<String>), SceneError> {
         let (material, warnings) = match &self.material {
             MaterialChoice::File(name) => {
-                let clay = clay::load_from(name, &self.file, base_dir)?;
+                let clay = clay::load_from(name, &self.file, base_dir, stamps)?;
                 (self.softened(clay.material), clay.warnings)
             }
             _ => (self.known_material(), vec![]),

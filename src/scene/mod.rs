@@ -7,6 +7,7 @@
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|
 //! | `text`      | a file                  | its bytes, RON with place and field of what is wrong       |
+//! | [`stamp`]   | a path                  | what tells that the file there has changed                 |
 //! | `check`     | a value                 | the same value, or an error that names its field           |
 //! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
@@ -34,6 +35,7 @@ pub mod pieces;
 pub mod recording;
 pub mod resample;
 pub mod solid;
+pub mod stamp;
 mod text;
 pub mod track;
 pub mod winding;
@@ -41,7 +43,7 @@ pub mod winding;
 /// What most programs need.
 pub mod prelude {
     pub use super::build::BuiltScene;
-    pub use super::clay::{ClayFile, FileStamp};
+    pub use super::clay::ClayFile;
     pub use super::error::SceneError;
     pub use super::export::{
         BodyFiles, ExportError, ExportFormat, ExportOptions, ExportReport, write_bodies, write_mesh, write_particles, write_text,
@@ -52,5 +54,6 @@ pub mod prelude {
     pub use super::pieces::Pieces;
     pub use super::recording::{Recorder, Recording, RecordingError};
     pub use super::resample::resample;
+    pub use super::stamp::FileStamp;
     pub use super::track::{Keyframe, Rotation, ToolTrack};
 }

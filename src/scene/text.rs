@@ -87,8 +87,8 @@ fn message(error: &ron::Error) -> String {
     }
 }
 
-/// A path as messages name it.
-pub(super) fn named(path: &Path) -> String {
+/// A path as messages name it: one line of at most 300 letters.
+pub fn named(path: &Path) -> String {
     cut(&path.display().to_string(), PATH)
 }
 
@@ -98,7 +98,7 @@ pub(super) fn short(word: &str) -> String {
 }
 
 /// A message from elsewhere as one line of at most 200 letters.
-pub(super) fn one_line(text: &str) -> String {
+pub fn one_line(text: &str) -> String {
     cut(text, LINE)
 }
 

@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod input;
+mod places;
 mod replay;
 mod tally;
 
@@ -213,38 +214,6 @@ fn results_outlive_a_full_standard_output() {
     let both = Desk::new();
     let status = both.command(BLOCK).stdin(Stdio::null()).stdout(full()).stderr(full()).status().expect("headless starts");
     assert_eq!((status.code(), both.results().as_slice()), (Some(0), &RESULTS.map(String::from)[..]));
-}
-
-/// A name that is too long, a folder in a file's place, a folder that cannot be made: told before a frame is
-/// run, and nothing is left or lost.
-#[test]
-fn places_that_take_no_file_are_refused_before_the_run() {
-    let desk = Desk::new();
-    let long = format!("{BLOCK}, outputs: (surface: \"{}.stl\")", "n".repeat(300));
-    desk.run(&long).ends(2, &["nnn.stl: cannot be written: "]);
-    assert!(!desk.at("out").exists());
-    std::fs::create_dir_all(desk.at("out/metrics.csv")).expect("folder");
-    desk.run(BLOCK).ends(2, &["error: out/metrics.csv: cannot be written: is a directory"]);
-    assert_eq!(desk.results(), ["metrics.csv"]);
-    let mut nowhere = Command::new(&*HEADLESS);
-    nowhere.current_dir(desk.0.path()).args(["scene.ron", "--out", "/dev/null/x"]);
-    Ran::of(&mut nowhere).ends(2, &["/dev/null/x: the output folder cannot be made: "]);
-}
-
-/// The results of a run in the folder of its mesh do not take the mesh's place.
-#[test]
-fn input_is_not_overwritten() {
-    let desk = Desk::new();
-    let mesh = input::cube_obj(&[]);
-    desk.write("cube.obj", &mesh);
-    desk.write(
-        "scene.ron",
-        "(clay: [Mesh(path: \"cube.obj\", height: 0.02)], cell_width: 0.005, duration: 0.01, outputs: (surface: \"cube.obj\"))",
-    );
-    let mut command = Command::new(&*HEADLESS);
-    command.current_dir(desk.0.path()).args(["scene.ron", "--out", "."]);
-    Ran::of(&mut command).ends(2, &["./cube.obj: is an input of this run and would be overwritten"]);
-    assert_eq!(std::fs::read_to_string(desk.at("cube.obj")).expect("mesh"), mesh);
 }
 
 /// A file that outgrows its disk (here a limit on its size) takes neither the metrics nor the summary with

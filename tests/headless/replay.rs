@@ -138,17 +138,6 @@ fn bad_recordings_are_named() {
     Ran::of(&mut Command::new(&*HEADLESS)).ends(2, &["error: the following required arguments were not provided: <SCENE>"]);
 }
 
-/// A place that takes no recording, and one that is a result's or an input's, are told before a frame is run.
-#[test]
-fn recording_takes_no_other_place() {
-    let desk = Desk::new();
-    let at = |place: &str| Ran::of(desk.command(BLOCK).args(["--record", place]));
-    at("no/such/run.clayrun").ends(2, &["error: no/such/run.clayrun: cannot be written: "]);
-    at("scene.ron").ends(2, &["error: scene.ron: is an input of this run and would be overwritten"]);
-    at("out/surface.stl").ends(2, &["error: out/surface.stl: is a result of this run and would be overwritten by its recording"]);
-    assert!(!desk.at("out").exists());
-}
-
 /// A recording that outgrows its disk (here a limit on its size) is told, and the run goes on.
 #[test]
 fn full_disk_costs_the_recording_alone() {

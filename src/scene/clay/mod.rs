@@ -19,12 +19,10 @@
 
 mod field;
 mod parse;
-mod stamp;
 mod unit;
 
-pub use stamp::FileStamp;
-
 use super::error::SceneError;
+use super::stamp::FileStamp;
 use super::text::{named, read_text, short};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::ParamsError;
@@ -178,21 +176,25 @@ fn find_from(reference: &str, folder: &Path, stamps: &mut Vec<FileStamp>) -> Opt
     if beside.exists() { Some(Source::File(beside)) } else { find(Path::new(reference), stamps) }
 }
 
-/// The clay that a scene, the file `scene` in `folder`, names `reference`.
-pub(super) fn load_from(reference: &str, scene: &str, folder: &Path) -> Result<ClayFile, SceneError> {
-    let mut stamps = vec![];
-    let source = find_from(reference, folder, &mut stamps).ok_or_else(|| SceneError::Params {
+/// The clay that a scene, the file `scene` in `folder`, names `reference`; see [`ClayFile::load_stamped`].
+pub(super) fn load_from(
+    reference: &str,
+    scene: &str,
+    folder: &Path,
+    stamps: &mut Vec<FileStamp>,
+) -> Result<ClayFile, SceneError> {
+    let source = find_from(reference, folder, stamps).ok_or_else(|| SceneError::Params {
         file: scene.to_string(),
         error: ParamsError::new("material", quoted(reference), missing(folder)),
     })?;
-    Reader { chain: vec![], stamps: &mut stamps }.load(&source)
+    Reader { chain: vec![], stamps }.load(&source)
 }
 
 /// What to say of a file that is nowhere.
 fn missing(folder: &Path) -> String {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let names = BUILT_IN.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    format!("is neither in {} nor in {FOLDER} nor one of {names}", folder.display())
+    format!("is neither in {} nor in {FOLDER} nor one of {names}", named(folder))
 }
 
 /// Reads files that extend each other.

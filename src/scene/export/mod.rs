@@ -240,6 +240,13 @@ pub fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// Whether `file` is [`numbered`] of `path` for some body.
+pub fn is_numbered(path: &Path, file: &Path) -> bool {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let number = stem.rsplit('-').next().and_then(|digits| digits.parse().ok());
+    number.is_some_and(|number| number > 0 && numbered(path, number) == *file)
+}
+
 /// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z [mm], velocity vx
 /// vy vz [m/s], volume ratio J, side of the first cut (-1, 0, 1), id.
 ///

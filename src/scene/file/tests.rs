@@ -15,7 +15,7 @@ fn shortest_scene_has_the_defaults() {
     let scene = Scene::from_ron(&format!("({CLAY}, cell_width: 0.004)")).expect("scene");
     assert_eq!((scene.particles_per_cell, scene.jitter, scene.frame_time), (8, 0.25, 1.0 / 60.0));
     assert_eq!(scene.walls.low, [Wall::Separate, Wall::Stick, Wall::Separate]);
-    let (material, warnings) = scene.clay_material(Path::new(".")).expect("material");
+    let (material, warnings) = scene.clay_material(Path::new("."), &mut vec![]).expect("material");
     assert_eq!((scene.gravity, material, warnings), (DVec3::new(0.0, -9.81, 0.0), Preset::SoftClay.material(), vec![]));
     assert_eq!((scene.outputs.surface.as_deref(), scene.outputs.tier), (Some("surface.stl"), Tier::Fine));
 }
@@ -40,7 +40,7 @@ fn every_field_is_read() {
     )"#;
     let scene = Scene::from_ron(text).expect("scene");
     assert_eq!((scene.clay.len(), scene.tools[0].keyframes.len(), scene.time_step), (3, 2, Some(1e-5)));
-    let (material, _) = scene.clay_material(Path::new(".")).expect("material");
+    let (material, _) = scene.clay_material(Path::new("."), &mut vec![]).expect("material");
     assert_eq!((material.density, material.softening, material.softening_length), (1000.0, 0.5, 0.01));
     assert_eq!((scene.walls.low[1], scene.walls.high[1], scene.inertia), (Wall::Stick, Wall::Separate, InertiaScaling::Fast));
     let expected = Outputs { surface: None, tier: Tier::Coarse, particles: false, metrics: true, ..Outputs::default() };

@@ -5,7 +5,9 @@
 //! takes files for valid. Skins, morph targets and animations are left at their start: the mesh is read as
 //! its nodes place it.
 
+use super::super::stamp::FileStamp;
 use super::super::text::read_bytes;
+use super::Beside;
 use super::soup::{BYTES_MAX, Fault, Soup};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -78,13 +80,13 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     text.map(|text| (text, numbers)).ok_or_else(|| Fault::new("the file has no chunk of JSON"))
 }
 
-/// Reads the triangles of a glTF file; `folder` is where its side-car files are, if it has a place at all.
-pub(super) fn read(bytes: &[u8], folder: Option<&Path>) -> Result<Soup, Fault> {
-    read_at_most(bytes, folder, (VERTICES_MAX, TRIANGLES_MAX))
+/// Reads the triangles of a glTF file and of the files `beside` it.
+pub(super) fn read(bytes: &[u8], beside: &mut Beside) -> Result<Soup, Fault> {
+    read_at_most(bytes, beside, (VERTICES_MAX, TRIANGLES_MAX))
 }
 
 /// [`read`] with other bounds of vertices and triangles.
-fn read_at_most(bytes: &[u8], folder: Option<&Path>, most: (u64, u64)) -> Result<Soup, Fault> {
+fn read_at_most(bytes: &[u8], beside: &mut Beside, most: (u64, u64)) -> Result<Soup, Fault> {
     let (text, numbers) = chunks(bytes)?;
     let is_text = !bytes.starts_with(MAGIC);
     let root = Root::from_slice(text).map_err(|e| Fault { line: is_text.then_some(e.line()), reason: e.to_string() })?;
@@ -98,7 +100,7 @@ fn read_at_most(bytes: &[u8], folder: Option<&Path>, most: (u64, u64)) -> Result
             return Err(Fault::new(format!("the file requires the glTF extension {name}, which is not read")));
         }
     }
-    let buffer = |(i, b): (usize, &Buffer)| load_buffer(b, numbers.filter(|_| i == 0), folder, i);
+    let buffer = |(i, b): (usize, &Buffer)| load_buffer(b, numbers.filter(|_| i == 0), beside, i);
     let buffers = root.buffers.iter().enumerate().map(buffer).collect::<Result<_, _>>()?;
     let mut reader = Reader { root: &root, buffers, most, soup: Soup::default() };
     reader.read_scene()?;
@@ -106,12 +108,7 @@ fn read_at_most(bytes: &[u8], folder: Option<&Path>, most: (u64, u64)) -> Result
 }
 
 /// The bytes of a buffer: the binary chunk's, those in its URI, or a file's.
-fn load_buffer<'a>(
-    buffer: &Buffer,
-    chunk: Option<&'a [u8]>,
-    folder: Option<&Path>,
-    index: usize,
-) -> Result<Cow<'a, [u8]>, Fault> {
+fn load_buffer<'a>(buffer: &Buffer, chunk: Option<&'a [u8]>, beside: &mut Beside, index: usize) -> Result<Cow<'a, [u8]>, Fault> {
     let fault = |reason: String| Fault::new(format!("buffer {index}: {reason}"));
     let bytes = match (&buffer.uri, chunk) {
         (None, Some(chunk)) => Cow::Borrowed(chunk),
@@ -123,13 +120,15 @@ fn load_buffer<'a>(
                 Cow::Owned(BASE64_STANDARD.decode(text).map_err(|e| fault(e.to_string()))?)
             }
             None => {
-                let folder = folder.ok_or_else(|| fault(format!("the side-car file {uri} has no folder to be in")))?;
+                let folder = beside.folder.ok_or_else(|| fault(format!("the side-car file {uri} has no folder to be in")))?;
                 let name = percent_decoded(uri);
                 let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::ParentDir | Component::CurDir);
                 if name.contains(':') || !Path::new(&name).components().all(is_plain) {
                     return Err(fault(format!("`{uri}` is no path beside the file")));
                 }
-                Cow::Owned(read_bytes(&folder.join(&name), BYTES_MAX, "mesh").map_err(|e| fault(e.to_string()))?)
+                let path = folder.join(&name);
+                beside.stamps.push(FileStamp::of(&path));
+                Cow::Owned(read_bytes(&path, BYTES_MAX, "mesh").map_err(|e| fault(e.to_string()))?)
             }
         },
     };

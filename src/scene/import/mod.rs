@@ -7,6 +7,7 @@ mod soup;
 mod stl;
 
 use super::error::SceneError;
+use super::stamp::FileStamp;
 use super::text::{named, one_line, read_bytes};
 use glam::{DQuat, DVec3};
 use soup::{BYTES_MAX, Fault, Soup};
@@ -40,6 +41,14 @@ impl MeshFormat {
     }
 }
 
+/// Where the files that a mesh file names are.
+struct Beside<'a> {
+    /// The mesh file's folder, if it has a place at all.
+    folder: Option<&'a Path>,
+    /// The files that were read.
+    stamps: &'a mut Vec<FileStamp>,
+}
+
 /// Where a mesh stops being closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenEdges {
@@ -69,6 +78,14 @@ impl ImportedMesh {
     /// # Errors
     /// A file that is missing, of an unknown extension, damaged, or without triangles.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_stamped(path, &mut vec![])
+    }
+
+    /// [`Self::load`]; `stamps` gains every file that was read, as it was before.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_stamped(path: &Path, stamps: &mut Vec<FileStamp>) -> Result<Self, SceneError> {
         let file = named(path);
         let Some(format) = MeshFormat::from_path(path) else {
             return Err(SceneError::Mesh {
@@ -77,7 +94,9 @@ impl ImportedMesh {
                 reason: "unknown mesh format; known are .obj, .stl, .ply, .glb and .gltf".into(),
             });
         };
-        Self::read(&read_bytes(path, BYTES_MAX, "mesh")?, format, &file, path.parent())
+        stamps.push(FileStamp::of(path));
+        let mut beside = Beside { folder: path.parent(), stamps };
+        Self::read(&read_bytes(path, BYTES_MAX, "mesh")?, format, &file, &mut beside)
     }
 
     /// Reads a mesh from the bytes of a file; `file` names it in errors. A `.gltf` with buffers in other
@@ -86,15 +105,15 @@ impl ImportedMesh {
     /// # Errors
     /// Bytes that are damaged or hold no triangle.
     pub fn from_bytes(bytes: &[u8], format: MeshFormat, file: &str) -> Result<Self, SceneError> {
-        Self::read(bytes, format, file, None)
+        Self::read(bytes, format, file, &mut Beside { folder: None, stamps: &mut vec![] })
     }
 
-    fn read(bytes: &[u8], format: MeshFormat, file: &str, folder: Option<&Path>) -> Result<Self, SceneError> {
+    fn read(bytes: &[u8], format: MeshFormat, file: &str, beside: &mut Beside) -> Result<Self, SceneError> {
         let soup = match format {
             MeshFormat::Obj => obj::read(bytes),
             MeshFormat::Stl => stl::read(bytes),
             MeshFormat::Ply => ply::read(bytes),
-            MeshFormat::Gltf => gltf::read(bytes, folder),
+            MeshFormat::Gltf => gltf::read(bytes, beside),
         };
         let fault = |Fault { line, reason }| SceneError::Mesh { file: file.to_string(), line, reason: one_line(&reason) };
         let mesh = Self::merge(&soup.map_err(fault)?);

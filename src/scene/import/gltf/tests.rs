@@ -99,7 +99,9 @@ fn scene_of_too_many_triangles_is_refused() {
     for (mode, each) in [(4, 4), (5, 10), (6, 10)] {
         let primitive = json!({"attributes": {"POSITION": 0}, "indices": 1, "mode": mode});
         root["meshes"][0]["primitives"] = vec![primitive; 1000].into();
-        let read = |vertices, triangles| read_at_most(&glb_of(&root, &numbers), None, (vertices, triangles));
+        let read = |vertices, triangles| {
+            read_at_most(&glb_of(&root, &numbers), &mut Beside { folder: None, stamps: &mut vec![] }, (vertices, triangles))
+        };
         assert_eq!(
             read(4000, 1000 * each).map(|soup| soup.triangles.len() as u64).map_err(|f| f.reason),
             Ok(1000 * each),
@@ -181,7 +183,9 @@ fn side_car_buffers_are_found_beside_the_file() {
     let error = ImportedMesh::load(&path).expect_err("no side-car file").to_string();
     assert!(error.contains("a.gltf") && error.contains("my numbers.bin"), "{error}");
     std::fs::write(dir.path().join("my numbers.bin"), &numbers).expect("written");
-    assert_sound(&ImportedMesh::load(&path).expect("a tetrahedron"), 1.0 / 6.0);
+    let mut read = vec![];
+    assert_sound(&ImportedMesh::load_stamped(&path, &mut read).expect("a tetrahedron"), 1.0 / 6.0);
+    assert_eq!(read.iter().map(FileStamp::path).collect::<Vec<_>>(), [&path, &dir.path().join("my numbers.bin")]);
     let alone = ImportedMesh::from_bytes(root.to_string().as_bytes(), MeshFormat::Gltf, "a.gltf").expect_err("no folder");
     assert!(alone.to_string().contains("side-car"), "{alone}");
     for uri in ["/etc/hostname", "https://example.com/a.bin", "C:\\a.bin"] {

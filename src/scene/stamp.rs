@@ -18,6 +18,11 @@ impl FileStamp {
         Self { path: path.to_path_buf(), state }
     }
 
+    /// Where the file is or would be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The same file now.
     pub fn renewed(&self) -> Self {
         Self::of(&self.path)
