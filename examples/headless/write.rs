@@ -30,7 +30,7 @@ fn skin_error(tier: Tier) -> f64 {
 /// and 0.30. What errs by more is no picture of its clay: it is crushed, splashed, or thinner than its cells.
 const COARSE_ERROR_MAX: f64 = 0.3;
 
-/// Bodies whose volumes are said.
+/// Bodies of which something is said, each for itself.
 const BODIES_SAID: usize = 8;
 
 /// The results of a run.
@@ -94,7 +94,13 @@ impl<'a> Results<'a> {
         };
         // Grains are no solid: they are left out of what is written.
         let Extraction { mesh, grains } = extract_with_grains(&source, &SurfaceSettings::new(outputs.tier));
-        let written = self.wrote(write_bodies(path, &mesh, &outputs.export));
+        let written = match write_bodies(path, &mesh, &outputs.export) {
+            Err(ExportError::Bodies { first, others, written }) => {
+                self.missed_bodies(*first, others);
+                Some(*written)
+            }
+            written => self.wrote(written),
+        };
         let (mesh, repairs) = print_ready(&mesh);
         let (defects, volume) = (MeshCheck::of(&mesh), run.volume(&self.built.snapshot));
         let skin = mesh.area() * self.built.snapshot.domain.cell_width / self.built.snapshot.rest_volume();
@@ -120,6 +126,17 @@ impl<'a> Results<'a> {
         }
         if !grains.is_empty() {
             say::line(&format!("surface: without the {} particles that stand outside of it", grains.len()));
+        }
+    }
+
+    /// Takes note of the bodies that could not be written, each in a line as far as lines are said of bodies.
+    fn missed_bodies(&mut self, first: ExportError, others: Vec<ExportError>) {
+        let unsaid = (others.len() + 1).saturating_sub(BODIES_SAID);
+        for error in std::iter::once(first).chain(others).take(BODIES_SAID) {
+            self.fault(error.to_string());
+        }
+        if unsaid > 0 {
+            self.fault(format!("{unsaid} more bodies could not be written"));
         }
     }
 

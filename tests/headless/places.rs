@@ -71,6 +71,25 @@ fn bodies_apart_take_no_input_s_place() {
     record.ends(2, &["out/part-2.obj: is a result of this run and would be overwritten by its recording"]);
 }
 
+/// The tenth body's name is too long for a file: it alone is lost, and the summary names the others.
+#[test]
+fn body_that_cannot_be_written_costs_no_other() {
+    let desk = Desk::new();
+    let boxes: Vec<_> =
+        (0..10).map(|i| format!("Box(size: (0.01, 0.01, 0.01), center: ({}, 0, 0))", 0.03 * f64::from(i))).collect();
+    let stem = "n".repeat(249);
+    let scene = format!(
+        "clay: [{}], cell_width: 0.005, duration: 0.01, outputs: (surface: \"{stem}.stl\", export: (bodies: Apart))",
+        boxes.join(", ")
+    );
+    run(&desk, &scene, &[]).ends(1, &[&format!("error: out/{stem}-10.stl: cannot be written: ")]);
+    let surface = &desk.summary()["surface"];
+    let names: Vec<_> = (1..10).map(|number| format!("{stem}-{number}.stl")).collect();
+    assert_eq!(surface["files"], serde_json::json!(names));
+    assert_eq!(surface["bodies_cm3"].as_array().map(Vec::len), Some(9));
+    assert!(names.iter().all(|name| desk.at("out").join(name).exists()));
+}
+
 /// A run's inputs are all the files that were read: those that its clay extends, and the numbers of its glTF
 /// mesh.
 #[test]

@@ -28,7 +28,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use unit::MM;
-use whole::{Unfinished, write_whole};
+use whole::write_whole;
 
 /// Name of the particles' file in a run's folder.
 pub const PARTICLES: &str = "particles.ply";
@@ -180,14 +180,14 @@ pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<ExportReport, ExportError>
 /// [`write_mesh`] with options.
 ///
 /// # Errors
-/// As [`write_mesh`], or an option out of its range. Files of several bodies are renamed into place once all
-/// are written.
+/// As [`write_mesh`], or an option out of its range. Of bodies with files of their own each is written for
+/// itself: one that fails costs no other, and [`ExportError::Bodies`] says what was written.
 pub fn write_bodies(path: &Path, mesh: &Mesh, options: &ExportOptions) -> Result<ExportReport, ExportError> {
     let format = ExportFormat::from_path(path)?;
     options.validate().map_err(ExportError::Option)?;
     let (mesh, repairs) = print_ready(mesh);
     let mut report = ExportReport { repairs, ..ExportReport::default() };
-    let mut meshes = Vec::new();
+    let (mut meshes, mut bodies) = (Vec::new(), Vec::new());
     for body in bodies_of(&mesh) {
         if body.volume < options.volume_min {
             report.dropped_bodies += 1;
@@ -197,22 +197,32 @@ pub fn write_bodies(path: &Path, mesh: &Mesh, options: &ExportOptions) -> Result
         let (mut mesh, body) = finished(body, options.simplify);
         mesh.positions.iter_mut().flatten().for_each(|x| *x *= format.scale());
         meshes.push(mesh);
-        report.bodies.push(body);
+        bodies.push(body);
     }
-    report.files = match options.bodies {
-        BodyFiles::Together => vec![path.to_path_buf()],
-        BodyFiles::Apart => (1..=meshes.len()).map(|n| numbered(path, n)).collect(),
-    };
-    let parts: Vec<&[Mesh]> = match options.bodies {
-        BodyFiles::Together => vec![&meshes],
-        BodyFiles::Apart => meshes.chunks(1).collect(),
-    };
-    let mut unfinished = Vec::new();
-    for (file, part) in report.files.iter().zip(&parts) {
-        unfinished.push(Unfinished::write(file, |out| format.write(out, part))?);
+    match options.bodies {
+        BodyFiles::Together => {
+            write_whole(path, |out| format.write(out, &meshes))?;
+            report.files.push(path.to_path_buf());
+            report.bodies = bodies;
+            Ok(report)
+        }
+        BodyFiles::Apart => {
+            let mut errors = Vec::new();
+            for ((number, mesh), body) in (1..).zip(meshes.chunks(1)).zip(bodies) {
+                let file = numbered(path, number);
+                match write_whole(&file, |out| format.write(out, mesh)) {
+                    Ok(()) => {
+                        report.files.push(file);
+                        report.bodies.push(body);
+                    }
+                    Err(error) => errors.push(error),
+                }
+            }
+            let mut others = errors.into_iter();
+            let Some(first) = others.next() else { return Ok(report) };
+            Err(ExportError::Bodies { first: Box::new(first), others: others.collect(), written: Box::new(report) })
+        }
     }
-    unfinished.into_iter().try_for_each(Unfinished::finish)?;
-    Ok(report)
 }
 
 /// A body's mesh as it is to be written.

@@ -346,17 +346,31 @@ fn options_out_of_range_are_refused_before_anything_is_written() {
     assert!(!path.exists());
 }
 
-/// One body's place is taken by a folder: no temporary file is left, whichever body it is.
+/// One body's place is taken by a folder: the others are written, no temporary file is left, whichever body
+/// it is; and so it is where two are taken.
 #[test]
-fn failed_export_of_bodies_leaves_no_temporary_files() {
+fn body_that_fails_costs_no_other() {
     let options = ExportOptions { bodies: BodyFiles::Apart, ..ExportOptions::default() };
     for taken in 1..=3 {
         let dir = directory();
         fs::create_dir(dir.path().join(format!("clay-{taken}.stl"))).expect("directory");
-        let error = write_bodies(&dir.path().join("clay.stl"), &three_bodies(), &options).expect_err("a directory").to_string();
-        assert!(error.contains(&format!("clay-{taken}.stl")), "{error}");
-        let names: Vec<_> = fs::read_dir(dir.path()).expect("directory").map(|e| e.expect("entry").file_name()).collect();
-        assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".tmp")), "{names:?}");
+        let export = || write_bodies(&dir.path().join("clay.stl"), &three_bodies(), &options).expect_err("a directory");
+        let error = export();
+        let text = error.to_string();
+        assert!(text.contains(&format!("clay-{taken}.stl: cannot be written: ")), "{text}");
+        assert!(text.ends_with("; 2 of 3 bodies are written"), "{text}");
+        let ExportError::Bodies { written, others, .. } = error else { panic!("{error}") };
+        assert_eq!((written.files.len(), others.len()), (2, 0));
+        let volumes = [ball().volume(), 27.0, 1.0];
+        let rest = (0..3).filter(|i| i + 1 != taken);
+        for ((file, body), volume) in written.files.iter().zip(&written.bodies).zip(rest.map(|i| volumes[i])) {
+            assert!((body.volume / volume - 1.0).abs() < 1e-3 && (read_back(file).volume() / volume - 1.0).abs() < 1e-3);
+        }
+        assert_eq!(fs::read_dir(dir.path()).expect("directory").count(), 3);
+        let other = dir.path().join(format!("clay-{}.stl", taken % 3 + 1));
+        fs::remove_file(&other).and_then(|()| fs::create_dir(other)).expect("directory");
+        let ExportError::Bodies { written, others, .. } = export() else { panic!("two are taken") };
+        assert_eq!((written.files.len(), others.len()), (1, 1));
     }
 }
 

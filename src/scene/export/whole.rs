@@ -64,7 +64,7 @@ pub fn remove_leftovers(folder: &Path) -> io::Result<usize> {
 }
 
 /// A file beside its place, gone when it is dropped before it got there.
-pub(super) struct Unfinished<'a> {
+struct Unfinished<'a> {
     path: &'a Path,
     temporary: PathBuf,
     /// Held open for its lock.
@@ -97,10 +97,7 @@ impl<'a> Unfinished<'a> {
     }
 
     /// A file with its contents.
-    pub(super) fn write(
-        path: &'a Path,
-        write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-    ) -> Result<Self, ExportError> {
+    fn write(path: &'a Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<Self, ExportError> {
         let unfinished = Self::begin(path)?;
         let mut out = BufWriter::new(&unfinished.file);
         let written = write(&mut out).and_then(|()| out.into_inner()?.sync_all());
@@ -109,7 +106,7 @@ impl<'a> Unfinished<'a> {
     }
 
     /// Puts the file in its place.
-    pub(super) fn finish(self) -> Result<(), ExportError> {
+    fn finish(self) -> Result<(), ExportError> {
         fs::rename(&self.temporary, self.path).map_err(|source| ExportError::Io { path: self.path.into(), source })
     }
 }
