@@ -1,6 +1,7 @@
 //! The command line.
 
 use bevy_clay::prelude::*;
+use bevy_clay::scene::error::one_line;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +67,7 @@ impl Args {
             let text = error.to_string();
             // The usage follows after an empty line.
             let what = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
-            what.split_whitespace().collect::<Vec<_>>().join(" ")
+            one_line(&what.split_whitespace().collect::<Vec<_>>().join(" "))
         })
     }
 

@@ -22,6 +22,6 @@ pub(crate) struct Moment {
 ///
 /// # Errors
 /// Always: says what drawing needs.
-pub(crate) fn draw(_: Vec<Moment>, _: &Path) -> Result<Vec<PathBuf>, String> {
+pub(crate) fn draw(_: Vec<Moment>, _: &Path, _: bool) -> Result<Vec<PathBuf>, String> {
     Err("they need the default features (leave out --no-default-features)".into())
 }

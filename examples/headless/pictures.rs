@@ -4,7 +4,7 @@
 #[path = "../studio/mod.rs"]
 mod studio;
 
-use crate::places;
+use crate::{interrupt, places};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
 use bevy::light::CascadeShadowConfigBuilder;
@@ -34,18 +34,19 @@ pub(crate) struct Moment {
     pub(crate) tools: Vec<(ToolShape, Pose)>,
 }
 
-/// Draws each moment into `folder` as `frame_NNNN.png`; says which files it wrote.
+/// Draws each moment into `folder` as `frame_NNNN.png`; says which files it wrote. Where it `may_stop`, an
+/// interrupt ends it after the picture under way.
 ///
 /// # Errors
 /// No graphics adapter, or a picture that could not be written.
-pub(crate) fn draw(moments: Vec<Moment>, folder: &Path) -> Result<Vec<PathBuf>, String> {
+pub(crate) fn draw(moments: Vec<Moment>, folder: &Path, may_stop: bool) -> Result<Vec<PathBuf>, String> {
     if moments.is_empty() {
         return Ok(vec![]);
     }
     let files: Vec<PathBuf> = moments.iter().map(|m| places::picture(folder, m.frame)).collect();
-    let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false };
+    let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false, may_stop };
     studio::take(files, |app| {
-        app.insert_resource(show).add_systems(Startup, spawn).add_systems(Update, step);
+        app.insert_resource(show).add_systems(Startup, spawn).add_systems(Update, (stop, step).chain());
     })
 }
 
@@ -59,6 +60,8 @@ struct Show {
     frame: u32,
     /// Whether its picture is on its way.
     is_taken: bool,
+    /// Whether an interrupt ends it.
+    may_stop: bool,
 }
 
 /// Where pictures come from.
@@ -104,6 +107,13 @@ fn spawn(
     let floor = Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius);
     let at = Transform::from_xyz(centre.x, low.y as f32, centre.z);
     commands.spawn((Mesh3d(meshes.add(floor)), MeshMaterial3d(colours.add(Color::srgb(0.55, 0.57, 0.6))), at));
+}
+
+/// Ends it between two pictures if an interrupt asks for it.
+fn stop(show: Res<Show>, mut exit: MessageWriter<AppExit>) {
+    if show.may_stop && show.frame == 0 && interrupt::is_requested() {
+        exit.write(studio::STOPPED);
+    }
 }
 
 /// Puts a moment up, takes its picture, and goes on to the next.

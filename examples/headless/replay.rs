@@ -3,6 +3,7 @@
 use crate::progress::Progress;
 use crate::{Exit, interrupt, say};
 use bevy_clay::prelude::*;
+use bevy_clay::scene::error::named;
 use bevy_clay::scene::recording::{Event, Origin};
 use std::path::Path;
 
@@ -28,7 +29,7 @@ fn survey(path: &Path) -> Result<Survey, String> {
         }
     }
     if recording.events() == 0 {
-        return Err(format!("{}: holds no event: there is nothing to replay", path.display()));
+        return Err(format!("{}: holds no event: there is nothing to replay", named(path)));
     }
     let (events, is_cut_short, origin) = (recording.events(), recording.is_cut_short(), recording.origin().clone());
     Ok(Survey { frames, end, events, is_cut_short, origin })
@@ -43,7 +44,7 @@ pub(crate) fn replay(path: &Path) -> Result<Exit, String> {
     interrupt::watch()?;
     let mut engine = NativeEngine::new();
     let here = Origin::of(&engine);
-    let file = path.display();
+    let file = named(path);
     let is_comparable = origin == here;
     if !is_comparable {
         let of = |origin: &Origin| format!("version {} on the {}", origin.version, origin.engine);

@@ -5,6 +5,7 @@ use crate::places::Places;
 use crate::run::{End, Run};
 use crate::{Exit, pictures, say};
 use bevy_clay::prelude::*;
+use bevy_clay::scene::error::named;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
@@ -162,11 +163,21 @@ impl<'a> Results<'a> {
     }
 
     /// Draws the pictures. Those that were asked for and could not be drawn are a fault; others are missed in
-    /// a line.
+    /// a line. An interrupt ends the drawing; of a run that was interrupted what there was is drawn.
     pub(crate) fn write_pictures(&mut self, run: &mut Run, args: &Args) {
         let moments = std::mem::take(&mut run.moments);
-        match pictures::draw(moments, &self.places.folder) {
-            Ok(files) => files.iter().for_each(|f| say::line(&format!("picture: {}", f.display()))),
+        let (count, was_interrupted) = (moments.len(), run.end == End::Interrupted);
+        match pictures::draw(moments, &self.places.folder, !was_interrupted) {
+            Ok(files) => {
+                files.iter().for_each(|f| say::line(&format!("picture: {}", named(f))));
+                if files.len() < count {
+                    say::line(&format!("interrupted after {} of {count} pictures", files.len()));
+                    if run.end == End::Whole {
+                        run.end = End::Interrupted;
+                    }
+                    self.write_summary(run);
+                }
+            }
             Err(reason) if args.wants_pictures() => {
                 self.fault(format!("no pictures: {reason}"));
                 self.write_summary(run);
@@ -215,7 +226,7 @@ impl<'a> Results<'a> {
             tally.ratio.0,
             tally.ratio.1,
             tally.balance_max,
-            self.places.folder.display()
+            named(&self.places.folder)
         ));
         self.exit(run)
     }

@@ -11,15 +11,19 @@ use bevy::render::RenderPlugin;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
+use bevy_clay::scene::error::named;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// The exit of an app that leaves out the pictures that it has not taken so far.
+pub(crate) const STOPPED: AppExit = AppExit::from_code(130);
 
 /// Runs an app without a window until it exits, which `add` gives what takes the pictures `files`; says which
 /// files there are then.
 ///
 /// # Errors
-/// No graphics adapter, or a picture that was not written.
+/// No graphics adapter, or a picture that was not written, unless the app was [`STOPPED`].
 pub(crate) fn take(files: Vec<PathBuf>, add: impl FnOnce(&mut App)) -> Result<Vec<PathBuf>, String> {
     if GpuMode::from_env()? == GpuMode::Off {
         return Err("CLAY_GPU=off, and pictures need a graphics adapter".into());
@@ -27,7 +31,7 @@ pub(crate) fn take(files: Vec<PathBuf>, add: impl FnOnce(&mut App)) -> Result<Ve
     GpuDevice::headless().map_err(|e| e.to_string())?;
     // A picture of an earlier run must not pass for one of this.
     for file in files.iter().filter(|f| f.exists()) {
-        std::fs::remove_file(file).map_err(|e| format!("{}: {e}", file.display()))?;
+        std::fs::remove_file(file).map_err(|e| format!("{}: {e}", named(file)))?;
     }
     let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
     let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
@@ -36,9 +40,11 @@ pub(crate) fn take(files: Vec<PathBuf>, add: impl FnOnce(&mut App)) -> Result<Ve
     let mut app = App::new();
     app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     add(&mut app);
-    app.run();
+    if app.run() == STOPPED {
+        return Ok(files.into_iter().filter(|file| file.exists()).collect());
+    }
     match files.iter().find(|f| !f.exists()) {
-        Some(missing) => Err(format!("{} was not written", missing.display())),
+        Some(missing) => Err(format!("{} was not written", named(missing))),
         None => Ok(files),
     }
 }

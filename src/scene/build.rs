@@ -1,6 +1,6 @@
 //! From a scene to what an engine runs: snapshot and frame plans.
 
-use super::error::SceneError;
+use super::error::{SceneError, bytes_text};
 use super::file::{Body, MeshBody, Room, Scene};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
@@ -87,14 +87,23 @@ impl BuiltScene {
             file: self.scene.file.clone(),
             error: ParamsError::new(name, value, reason),
         };
-        plan(&[]).validate().map_err(|error| {
-            let reason = format!("is too long a frame for cells of {} m, this clay and this gravity: {error}", domain.cell_width);
-            refused("frame_time", frame_time.to_string(), reason)
+        // Of a plan, the step and the number of steps are what long frames and fast tools make bad.
+        let is_step = |error: &ParamsError| matches!(error.name, "dt" | "steps");
+        plan(&[]).validate().map_err(|error| match is_step(&error) {
+            true => {
+                let cell_width = domain.cell_width;
+                let reason = format!("is too long a frame for cells of {cell_width} m, this clay and this gravity: {error}");
+                refused("frame_time", frame_time.to_string(), reason)
+            }
+            false => refused(error.name, error.value, error.reason),
         })?;
         for (index, track) in self.scene.tools.iter().enumerate() {
-            plan(&[track.whole(index as u32 + 1)]).validate().map_err(|error| {
-                let value = format!("{:.3e} m/s of {}", track.speed_max(), track.title(index));
-                refused("keyframes.speed", value, format!("is too fast for frames of {frame_time} s: {error}"))
+            plan(&[track.whole(index as u32 + 1)]).validate().map_err(|error| match is_step(&error) {
+                true => {
+                    let value = format!("{:.3e} m/s of {}", track.speed_max(), track.title(index));
+                    refused("keyframes.speed", value, format!("is too fast for frames of {frame_time} s: {error}"))
+                }
+                false => refused(error.name, format!("{} of {}", error.value, track.title(index)), error.reason),
             })?;
         }
         Ok(())
@@ -163,7 +172,12 @@ impl Scene {
         self.check_memory(&solids, (low, high), memory_limit)?;
         let room = self.domain.unwrap_or_else(|| self.room_about(low, high, self.cell_width));
         let params = |error| SceneError::Params { file: self.file.clone(), error };
-        let domain = Domain::new(room.low, room.high, self.cell_width, self.walls).map_err(params)?;
+        let domain = Domain::new(room.low, room.high, self.cell_width, self.walls).map_err(|error| {
+            // The name that is to blame: cells that would do about the clay are none too small.
+            let about = self.room_about(low, high, self.cell_width);
+            let would_do = Domain::new(about.low, about.high, self.cell_width, self.walls).is_ok();
+            params(if self.domain.is_some() && would_do { room.fault(error.reason) } else { error })
+        })?;
         self.check_inside(&solids, &domain)?;
         let edge = particles_per_edge(self.particles_per_cell);
         if edge.pow(3) != self.particles_per_cell {
@@ -227,7 +241,10 @@ impl Scene {
     }
 
     fn cost(&self, volume: f64, clay: (DVec3, DVec3), cell_width: f64) -> Cost {
-        let room = self.domain.unwrap_or_else(|| self.room_about(clay.0, clay.1, cell_width));
+        self.cost_in(self.domain.unwrap_or_else(|| self.room_about(clay.0, clay.1, cell_width)), volume, clay, cell_width)
+    }
+
+    fn cost_in(&self, room: Room, volume: f64, clay: (DVec3, DVec3), cell_width: f64) -> Cost {
         let edge = f64::from(particles_per_edge(self.particles_per_cell));
         let cells = (room.high - room.low) / cell_width + f64::from(PADDING);
         let lattice = ((clay.1 - clay.0) * edge / cell_width).ceil().max(DVec3::ONE).element_product();
@@ -256,6 +273,14 @@ impl Scene {
         // A grid that is only too long is the domain's to refuse.
         if cost.bytes() <= limit {
             return Ok(());
+        }
+        if let Some(room) = self.domain {
+            let about = self.room_about(clay.0, clay.1, self.cell_width);
+            if self.cost_in(about, volume, clay, self.cell_width).bytes() <= limit {
+                let (bytes, limit) = (bytes_text(cost.bytes()), bytes_text(limit));
+                let reason = format!("takes {bytes} on cells of cell_width = {} m, over the limit of {limit}", self.cell_width);
+                return Err(SceneError::Params { file: self.file.clone(), error: room.fault(reason) });
+            }
         }
         // Halving in the logarithm between the width asked for and one cell for all: 60 times reach any
         // precision shown.
@@ -361,8 +386,12 @@ impl MeshBody {
         }
         let open = mesh.open_edges();
         if open.count > 0 {
+            let cancelled = match mesh.cancelled() {
+                0 => String::new(),
+                count => format!("{count} triangle(s) are given again facing the other way, and the two cancel; "),
+            };
             warnings.push(format!(
-                "{path}: the mesh is open: {} open edges around {} hole(s), the largest {:.2e} m across; filled where the winding number exceeds 1/2",
+                "{path}: the mesh is open: {} open edges around {} hole(s), the largest {:.2e} m across; {cancelled}filled where the winding number exceeds 1/2",
                 open.count, open.holes, open.largest
             ));
         }

@@ -2,8 +2,9 @@
 
 use crate::sim::params::{Bounds, GRAVITY, LENGTH, ParamsError, TIME};
 use glam::DVec3;
-use serde::de::Error as _;
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer};
+use std::fmt;
 
 /// Factors of a mesh's lengths: from kilometres to nanometres. What comes of them is checked by itself.
 const SCALE: Bounds = Bounds::new(1e-9, 1e9, "", "must be positive", "from kilometres to less than nanometres");
@@ -21,7 +22,10 @@ pub(super) fn check_number(name: &'static str, value: f64) -> Result<(), ParamsE
         "jitter" if !(0.0..0.5).contains(&value) => Err(ParamsError::new(name, value, "must lie in [0, 0.5)")),
         "softening" if !(0.0..1.0).contains(&value) => Err(ParamsError::new(name, value, "must lie in [0, 1)")),
         "jitter" | "softening" => Ok(()),
-        "particles_per_cell" => PARTICLES_PER_CELL.check(name, value),
+        "particles_per_cell" => {
+            PARTICLES_PER_CELL.check(name, value)?;
+            if value.fract() == 0.0 { Ok(()) } else { Err(ParamsError::new(name, value, "must be a whole number")) }
+        }
         "scale" => SCALE.check(name, value),
         "frame_time" | "duration" | "time_step" => TIME.check(name, value),
         _ => LENGTH.check(name, value),
@@ -85,9 +89,42 @@ macro_rules! checked_options {
 checked_options!(time_step, softening);
 
 pub(super) fn particles_per_cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    let value = u32::deserialize(deserializer)?;
-    check_number("particles_per_cell", f64::from(value)).map_err(D::Error::custom)?;
-    Ok(value)
+    // As any number: a parser of whole numbers stops at the point, and says nothing of the field.
+    let value = f64::deserialize(deserializer)?;
+    check_number("particles_per_cell", value).map_err(D::Error::custom)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within its bounds")]
+    Ok(value as u32)
+}
+
+pub(super) fn seed<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    deserializer.deserialize_any(Seed)
+}
+
+/// Reads a seed out of any number.
+struct Seed;
+
+impl Visitor<'_> for Seed {
+    type Value = u64;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a whole number")
+    }
+
+    fn visit_u64<E: Error>(self, seed: u64) -> Result<u64, E> {
+        Ok(seed)
+    }
+
+    fn visit_i64<E: Error>(self, seed: i64) -> Result<u64, E> {
+        u64::try_from(seed).map_err(|_| no_seed(seed))
+    }
+
+    fn visit_f64<E: Error>(self, seed: f64) -> Result<u64, E> {
+        Err(no_seed(seed))
+    }
+}
+
+fn no_seed<E: Error>(value: impl fmt::Display) -> E {
+    E::custom(ParamsError::new("seed", value, format!("must be a whole number from 0 to {}", u64::MAX)))
 }
 
 pub(super) fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {

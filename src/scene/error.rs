@@ -114,7 +114,7 @@ pub enum SceneError {
 }
 
 /// A number of bytes in MiB or, from 1 GiB on, in GiB.
-fn bytes_text(bytes: f64) -> String {
+pub(super) fn bytes_text(bytes: f64) -> String {
     let mib = bytes / f64::from(1 << 20);
     if mib < 1024.0 { format!("{mib:.0} MiB") } else { format!("{:.1} GiB", mib / 1024.0) }
 }

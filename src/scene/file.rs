@@ -16,7 +16,7 @@
 
 use super::check::{
     Check, cell_width, check_number, check_place, checked, checked_list, checked_option, duration, frame_time, gravity, jitter,
-    particles_per_cell, softening, time_step,
+    particles_per_cell, seed, softening, time_step,
 };
 use super::clay;
 use super::error::SceneError;
@@ -172,7 +172,7 @@ pub struct Scene {
     #[serde(default = "Scene::jitter_default", deserialize_with = "jitter")]
     pub jitter: f64,
     /// Seed of all that is random.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "seed")]
     pub seed: u64,
     /// What the clay is made of.
     #[serde(default)]
@@ -345,6 +345,12 @@ impl Check for ClayMaterial {
     }
 }
 
+impl Room {
+    pub(super) fn fault(&self, reason: impl Into<String>) -> ParamsError {
+        ParamsError::new("domain", format!("{} .. {}", self.low, self.high), reason)
+    }
+}
+
 impl Check for Room {
     fn check(&self) -> Result<(), ParamsError> {
         let Self { low, high } = *self;
@@ -353,7 +359,7 @@ impl Check for Room {
         if (high - low).min_element() > 0.0 {
             return Ok(());
         }
-        Err(ParamsError::new("domain", format!("{low} .. {high}"), "must be a box with low < high"))
+        Err(self.fault("must be a box with low < high"))
     }
 }
 
@@ -364,6 +370,9 @@ impl Check for Outputs {
         let fault = |reason: String| Err(ParamsError::new("outputs.surface", name, reason));
         if Path::new(name).file_name().is_none_or(|file| file != name) {
             return fault("must be a file name without folders".into());
+        }
+        if name.contains(char::is_control) {
+            return fault("must hold no control characters".into());
         }
         if ExportFormat::from_path(Path::new(name)).is_err() {
             return fault(format!("must end in {}", ExportFormat::KNOWN));

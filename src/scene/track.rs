@@ -14,11 +14,14 @@ const SAME_TIME: f64 = 1e-9;
 const ANGLE: Bounds =
     Bounds::new(0.0, 1e6, " degrees", "must be an angle in degrees", "no turn between two keyframes is more than half a one");
 
+/// Least length of an axis. One of 1e-161 has a square that is hardly a number, and no direction.
+const AXIS_MIN: f64 = 1e-6;
+
 /// A turn about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
-    /// The axis, of any length but 0.
+    /// The axis, of any length from 1e-6 on.
     pub axis: DVec3,
     /// The angle, right-handed [degrees].
     pub degrees: f64,
@@ -39,8 +42,9 @@ impl Rotation {
 
 impl Check for Rotation {
     fn check(&self) -> Result<(), ParamsError> {
-        if !self.axis.is_finite() || self.axis.try_normalize().is_none() {
-            return Err(ParamsError::new("rotation.axis", self.axis, "must be finite and not zero"));
+        if self.axis.try_normalize().is_none() || self.axis.length() < AXIS_MIN {
+            let reason = format!("must be finite and of a length of at least {AXIS_MIN:e}");
+            return Err(ParamsError::new("rotation.axis", self.axis, reason));
         }
         ANGLE.check_signed("rotation.degrees", self.degrees)
     }

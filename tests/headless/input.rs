@@ -1,9 +1,10 @@
 //! Bad input of every kind: exit code 2, one line that names the fault, nothing written.
 
-use super::{BLOCK, Desk, Ran};
+use super::{BLOCK, Desk, HEADLESS, Ran};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A unit cube in OBJ, with the faces of `more` besides.
 pub(crate) fn cube_obj(more: &[&str]) -> String {
@@ -195,6 +196,7 @@ fn messages_are_one_short_line() {
         format!("material: File(\"{}\\n{long}\")", "a".repeat(200)),
         format!("outputs: (surface: \"{long}.fbx\")"),
         "outputs: (surface: \"a\\nb.fbx\")".into(),
+        "outputs: (surface: \"a\\nb.stl\")".into(),
         format!("tools: [(name: \"{long}\\n\", shape: Sphere(radius: 1), keyframes: [])]"),
     ] {
         refused(&desk, &format!("{BLOCK}, {field}"), &["scene.ron"]);
@@ -202,9 +204,27 @@ fn messages_are_one_short_line() {
     refused(&desk, "clay: [Mesh(path: \"a\\nb.obj\")], cell_width: 0.1", &["a b.obj: "]);
     desk.write("long.clay.ron", &format!("(law: {long})"));
     refused(&desk, &format!("{BLOCK}, material: File(\"long.clay.ron\")"), &["long.clay.ron:1:", "law: `xxx"]);
+    // Nor what comes from the command line.
+    let at = |arguments: &[&str]| Ran::of(desk.command(BLOCK).args(arguments));
+    at(&["--pictures", &long]).ends(2, &["error: invalid value 'xxx"]);
+    desk.write("a", "a file");
+    at(&["--record", &format!("no/such/{long}")]).ends(2, &["error: no/such/xxx"]);
+    let replayed = |place: &str| Ran::of(Command::new(&*HEADLESS).current_dir(desk.at("")).args(["--replay", place]));
+    for place in [&long, "x\ny"] {
+        let mut command = Command::new(&*HEADLESS);
+        let out = Ran::of(command.current_dir(desk.at("")).args(["scene.ron", "--out", &format!("a/{place}")]));
+        let replay = replayed(place);
+        out.ends(2, &["error: a/x"]);
+        replay.ends(2, &["error: x"]);
+        assert!(out.error.len() < 400 && replay.error.len() < 400, "{out:?} {replay:?}");
+    }
+    std::fs::create_dir_all(desk.at("x\ny/metrics.csv")).expect("folder");
+    let mut command = Command::new(&*HEADLESS);
+    let ran = Ran::of(command.current_dir(desk.at("")).args(["scene.ron", "--out", "x\ny"]));
+    ran.ends(2, &["error: x y/metrics.csv: cannot be written: is a directory"]);
     let cases = [
         ("frame_time: \"abc\"", "scene.ron:1:", "frame_time: "),
-        ("\nseed: -1", "scene.ron:2:", "seed: "),
+        ("\nseed: -1", "scene.ron:2:", "seed = -1"),
         ("\nwalls: (low: (Slip, 3, Slip))", "scene.ron:2:", "walls.low[1]: "),
         (
             "\ntools: [(shape: Sphere(radius: 1), keyframes: [(time: 0, position: (0, \"b\", 0))])]",

@@ -349,6 +349,20 @@ fn doubled_triangle_is_no_hole() {
     assert!((volume / 8e-6 - 1.0).abs() < 1e-6, "{volume}");
 }
 
+/// A triangle given again the other way round is told as what makes the hole.
+#[test]
+fn reversed_triangle_is_told() {
+    let desk = Desk::new();
+    desk.write("cube.obj", &input::cube_obj(&["1 2 3"]));
+    let ran = desk.run("clay: [Mesh(path: \"cube.obj\", height: 0.02)], cell_width: 0.005, duration: 0.01");
+    ran.ends(0, &["warning: cube.obj: the mesh is open: 3 open edges around 1 hole(s), "]);
+    assert!(ran.error.contains("; 1 triangle(s) are given again facing the other way, and the two cancel; "), "{ran:?}");
+    desk.write("cube.obj", &input::cube_obj(&[]).replace("f 1 3 2\n", ""));
+    let ran = desk.run("clay: [Mesh(path: \"cube.obj\", height: 0.02)], cell_width: 0.005, duration: 0.01");
+    ran.ends(0, &["warning: cube.obj: the mesh is open: 3 open edges around 1 hole(s), "]);
+    assert!(!ran.error.contains("facing the other way"), "{ran:?}");
+}
+
 /// What does not end is refused like what is too long.
 #[test]
 #[cfg(target_os = "linux")]

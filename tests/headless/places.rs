@@ -22,7 +22,7 @@ fn text(desk: &Desk, name: &str) -> String {
 fn places_that_take_no_file_are_refused_before_the_run() {
     let desk = Desk::new();
     let long = format!("{BLOCK}, outputs: (surface: \"{}.stl\")", "n".repeat(300));
-    desk.run(&long).ends(2, &["nnn.stl: cannot be written: "]);
+    desk.run(&long).ends(2, &["nnn...: cannot be written: "]);
     assert!(!desk.at("out").exists());
     std::fs::create_dir_all(desk.at("out/metrics.csv")).expect("folder");
     desk.run(BLOCK).ends(2, &["error: out/metrics.csv: cannot be written: is a directory"]);

@@ -112,6 +112,25 @@ fn absurd_resolution_names_memory_and_the_width_that_fits() {
     assert!(memory_limit() > 1e6);
 }
 
+/// Cells that would do about the clay are none too small: the room given is too large, be it for the memory
+/// or for the grid.
+#[test]
+fn absurd_room_is_named() {
+    let room = |half: f64| format!("domain: (low: (-{half}, -{half}, -{half}), high: ({half}, {half}, {half}))");
+    for (half, parts) in [
+        (1e4, ["over the limit of ", "cell_width = 0.005 m"]),
+        (4.0, ["more than 1024 cells along an axis", "smallest cell width"]),
+    ] {
+        let error = error_of(&format!("(clay: [Box(size: (0.1, 0.1, 0.1))], cell_width: 0.005, {})", room(half)));
+        assert!(error.starts_with("scene: domain = [-") && parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+    // Where the cells are too small for the clay alone, it is they.
+    let error = error_of(&format!("(clay: [Box(size: (0.1, 0.1, 0.1))], cell_width: 1e-8, {})", room(1e4)));
+    assert!(error.starts_with("scene: cell_width = "), "{error}");
+    let error = error_of(&format!("(clay: [Box(size: (1, 0.001, 0.001))], cell_width: 0.0005, {})", room(1.0)));
+    assert!(error.starts_with("scene: cell_width = "), "{error}");
+}
+
 #[test]
 fn clay_outside_the_room_and_thin_clay_are_told() {
     let room = "domain: (low: (-0.03, 0, -0.03), high: (0.03, 0.06, 0.03))";

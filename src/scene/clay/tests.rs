@@ -156,7 +156,7 @@ fn bad_values_are_refused_with_line_and_field() {
         ("density: 1, density: 2", "`density` is given twice"),
         ("young_modulus: \"1e400 Pa\"", "clay:2:1: young_modulus = inf"),
         ("young_modulus: \"1,65 MPa\"", "decimal point"),
-        ("poisson_ratio: \"50 %\"", "clay:2:1: poisson_ratio = 0.5: must lie in (-1, 0.5)"),
+        ("poisson_ratio: \"50 %\"", "clay:2:1: poisson_ratio = 0.5: must lie in -0.99 to 0.4999"),
         ("yield_stress: \"0 Pa\"", "clay:2:1: yield_stress = 0"),
         ("softening: 1", "clay:2:1: softening = 1"),
         ("softening_length: \"3 cells\"", "`cells` is no unit that is known here; a length is given in mm, cm, m"),

@@ -144,8 +144,7 @@ impl ImportedMesh {
                     (mesh.positions.len() - 1) as u32
                 });
             }
-            let [a, b, c] = merged;
-            if seen.insert([merged, [b, c, a], [c, a, b]].into_iter().min()) {
+            if seen.insert(turned_first(merged)) {
                 mesh.triangles.push(merged);
             } else {
                 mesh.doubled += 1;
@@ -183,6 +182,13 @@ impl ImportedMesh {
         self.positions.iter_mut().for_each(|p| *p = rotation * *p * scale + offset);
     }
 
+    /// Triangles that have another on the same vertices that faces the other way, in pairs: in volumes and
+    /// winding numbers the two are nothing.
+    pub fn cancelled(&self) -> usize {
+        let faces: HashSet<_> = self.triangles.iter().map(|triangle| turned_first(*triangle)).collect();
+        self.triangles.iter().filter(|[a, b, c]| faces.contains(&turned_first([*c, *b, *a]))).count() / 2
+    }
+
     /// The mesh's open edges: none where it is closed.
     pub fn open_edges(&self) -> OpenEdges {
         let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
@@ -210,6 +216,11 @@ impl ImportedMesh {
             largest: boxes.values().map(|(low, high)| low.distance(*high)).fold(0.0, f64::max),
         }
     }
+}
+
+/// A triangle that faces the same way, its least vertex first.
+fn turned_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default()
 }
 
 /// The representative of `vertex`'s group, halving the way there.
