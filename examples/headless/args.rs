@@ -27,7 +27,7 @@ Exit codes:
   1    a check failed, the run stopped early, or a file could not be written; the rest is written;
        a replay has other bits than the run, though version, engine and kind of processor are the same
   2    bad input: one line says what is wrong and where, nothing is written
-  130  interrupted (Ctrl+C): the frame under way was ended, what there was is written;
+  130  interrupted (Ctrl+C): the frame or picture under way was ended, what there was is written;
        a second Ctrl+C ends at once";
 
 #[derive(Parser)]

@@ -1,4 +1,4 @@
-//! Ctrl+C: the frame under way ends and everything is written; a second one ends the program at once.
+//! Ctrl+C: what is under way ends and everything is written; a second one ends the program at once.
 
 use crate::{Exit, say};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ pub(crate) fn watch() -> Result<(), String> {
         if IS_REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(Exit::Interrupted as i32);
         }
-        say::warning("interrupted: the frame under way ends, then the results are written; once more ends at once");
+        say::warning("interrupted: the frame or picture under way ends, then the results are written; once more ends at once");
     };
     ctrlc::set_handler(handler).map_err(|e| format!("Ctrl+C cannot be listened to: {e}"))
 }

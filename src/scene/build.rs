@@ -83,27 +83,20 @@ impl BuiltScene {
         let Snapshot { material, domain, .. } = &self.snapshot;
         let limits = StepLimits { gravity, time_step, ..StepLimits::default() };
         let plan = |tools: &[ToolPath]| limits.frame(material, domain.cell_width, frame_time, tools);
-        let refused = |name, value: String, reason| SceneError::Params {
-            file: self.scene.file.clone(),
-            error: ParamsError::new(name, value, reason),
+        // Long frames and fast tools make the step of a plan bad; whatever else is wrong has its own name.
+        let refused = |error: ParamsError, name, value: String, reason: String| {
+            let is_step = matches!(error.name, "dt" | "steps");
+            let error = if is_step { ParamsError::new(name, value, format!("{reason}: {error}")) } else { error };
+            SceneError::Params { file: self.scene.file.clone(), error }
         };
-        // Of a plan, the step and the number of steps are what long frames and fast tools make bad.
-        let is_step = |error: &ParamsError| matches!(error.name, "dt" | "steps");
-        plan(&[]).validate().map_err(|error| match is_step(&error) {
-            true => {
-                let cell_width = domain.cell_width;
-                let reason = format!("is too long a frame for cells of {cell_width} m, this clay and this gravity: {error}");
-                refused("frame_time", frame_time.to_string(), reason)
-            }
-            false => refused(error.name, error.value, error.reason),
+        plan(&[]).validate().map_err(|error| {
+            let reason = format!("is too long a frame for cells of {} m, this clay and this gravity", domain.cell_width);
+            refused(error, "frame_time", frame_time.to_string(), reason)
         })?;
         for (index, track) in self.scene.tools.iter().enumerate() {
-            plan(&[track.whole(index as u32 + 1)]).validate().map_err(|error| match is_step(&error) {
-                true => {
-                    let value = format!("{:.3e} m/s of {}", track.speed_max(), track.title(index));
-                    refused("keyframes.speed", value, format!("is too fast for frames of {frame_time} s: {error}"))
-                }
-                false => refused(error.name, format!("{} of {}", error.value, track.title(index)), error.reason),
+            plan(&[track.whole(index as u32 + 1)]).validate().map_err(|error| {
+                let value = format!("{:.3e} m/s of {}", track.speed_max(), track.title(index));
+                refused(error, "keyframes.speed", value, format!("is too fast for frames of {frame_time} s"))
             })?;
         }
         Ok(())

@@ -300,7 +300,7 @@ fn second_interrupt_ends_at_once() {
     process.signal("-INT");
     let mut line = String::new();
     error.read_line(&mut line).expect("a line");
-    assert!(line.starts_with("warning: interrupted: the frame under way ends"), "{line}");
+    assert!(line.starts_with("warning: interrupted: the frame or picture under way ends"), "{line}");
     process.signal("-INT");
     assert_eq!(process.0.wait().expect("ended").code(), Some(130));
     assert_eq!(desk.summary()["ended"], "not yet, or the run was killed");
