@@ -3,9 +3,9 @@
 use crate::args::Args;
 use crate::{pictures, say};
 use bevy_clay::prelude::*;
-use bevy_clay::scene::error::named;
 use bevy_clay::scene::export::whole::{check_writable, remove_leftovers};
 use bevy_clay::scene::export::{PARTICLES, is_numbered, numbered};
+use bevy_clay::scene::line::named;
 use std::fs;
 use std::path::{Path, PathBuf};
 

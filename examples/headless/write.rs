@@ -5,7 +5,7 @@ use crate::places::Places;
 use crate::run::{End, Run};
 use crate::{Exit, pictures, say};
 use bevy_clay::prelude::*;
-use bevy_clay::scene::error::named;
+use bevy_clay::scene::line::named;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;

@@ -11,7 +11,7 @@ use bevy::render::RenderPlugin;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
-use bevy_clay::scene::error::named;
+use bevy_clay::scene::line::named;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::PathBuf;
 use std::time::Duration;

@@ -1,7 +1,5 @@
 //! What can be wrong with a scene or a mesh file, each said in one line.
 
-pub use super::text::{named, one_line};
-
 use crate::sim::params::ParamsError;
 
 /// Why a scene cannot be read or built. Every message is one line that names the file and, where there is

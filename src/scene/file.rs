@@ -21,8 +21,9 @@ use super::check::{
 use super::clay;
 use super::error::SceneError;
 use super::export::{ExportFormat, ExportOptions, PARTICLES};
+use super::line::named;
 use super::stamp::FileStamp;
-use super::text::{from_ron, named, read_text};
+use super::text::{from_ron, read_text};
 use super::track::{Rotation, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};

@@ -6,6 +6,7 @@
 //!
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|
+//! | [`line`]    | words of others         | one short line of a message                                |
 //! | `text`      | a file                  | its bytes, RON with place and field of what is wrong       |
 //! | [`stamp`]   | a path                  | what tells that the file there has changed                 |
 //! | `check`     | a value                 | the same value, or an error that names its field           |
@@ -31,6 +32,7 @@ pub mod export;
 pub mod file;
 pub mod fill;
 pub mod import;
+pub mod line;
 pub mod pieces;
 pub mod recording;
 pub mod resample;

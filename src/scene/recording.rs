@@ -33,7 +33,7 @@
 //! # }
 //! ```
 
-use super::text::{named, one_line};
+use super::line::{named, one_line};
 use crate::sim::engine::{Engine, EngineError};
 use crate::sim::frame::{FramePlan, FrameReport};
 use crate::sim::packet::{self, PacketError};

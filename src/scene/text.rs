@@ -1,21 +1,12 @@
-//! Input as it comes in: files up to a size, RON with the place and the field of what is wrong, and a file's
-//! words in messages.
+//! Input as it comes in: files up to a size, RON with the place and the field of what is wrong.
 
 use super::error::SceneError;
+use super::line::{listed, named, one_line, short};
 use ron::extensions::Extensions;
 use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
-
-/// Letters of a file's words that a message shows.
-const WORD: usize = 60;
-/// Letters of a message from elsewhere.
-const LINE: usize = 200;
-/// Letters of a path.
-const PATH: usize = 300;
-/// Letters of a message of this crate, which may list what is known.
-const LIST: usize = 500;
 
 /// The bytes of the file at `path`, a `kind`, which has at most `most` of them: what does not end is refused
 /// as well.
@@ -82,34 +73,7 @@ fn message(error: &ron::Error) -> String {
         }
         ron::Error::MissingStructField { field, outer } => format!("missing field `{field}`{}", of(outer)),
         // Of this crate's own checks.
-        ron::Error::Message(text) => cut(text, LIST),
+        ron::Error::Message(text) => listed(text),
         other => one_line(&other.to_string()),
     }
-}
-
-/// A path as messages name it: one line of at most 300 letters.
-pub fn named(path: &Path) -> String {
-    cut(&path.display().to_string(), PATH)
-}
-
-/// The beginning of a word of a file, fit for a line.
-pub(super) fn short(word: &str) -> String {
-    cut(word, WORD)
-}
-
-/// A message from elsewhere as one line of at most 200 letters.
-pub fn one_line(text: &str) -> String {
-    cut(text, LINE)
-}
-
-fn cut(text: &str, most: usize) -> String {
-    let mut line: String = text.chars().map(printable).take(most).collect();
-    if text.chars().nth(most).is_some() {
-        line.push_str("...");
-    }
-    line
-}
-
-fn printable(c: char) -> char {
-    if c.is_control() { ' ' } else { c }
 }

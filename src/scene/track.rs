@@ -1,7 +1,7 @@
 //! Tools on keyframes.
 
 use super::check::{Check, check_place};
-use super::text::short;
+use super::line::short;
 use crate::sim::params::{Bounds, ParamsError, SPEED, TIME};
 use crate::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 use glam::{DQuat, DVec3};

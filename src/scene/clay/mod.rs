@@ -22,8 +22,9 @@ mod parse;
 mod unit;
 
 use super::error::SceneError;
+use super::line::{named, short};
 use super::stamp::FileStamp;
-use super::text::{named, read_text, short};
+use super::text::read_text;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::ParamsError;
 use field::{Kind, law, number_mut};

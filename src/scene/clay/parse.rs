@@ -2,7 +2,8 @@
 
 use super::field::{FIELDS, Field, Kind, LAW_NUMBERS, LAWS, WELDS};
 use crate::scene::error::SceneError;
-use crate::scene::text::{fault, short};
+use crate::scene::line::short;
+use crate::scene::text::fault;
 use crate::sim::material::{ClayLaw, Weld};
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, VariantAccess, Visitor};
 use std::fmt;

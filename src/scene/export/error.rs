@@ -1,7 +1,7 @@
 //! Why an export failed.
 
-use super::ExportReport;
-use crate::scene::text::named;
+use super::report::ExportReport;
+use crate::scene::line::named;
 use crate::sim::params::ParamsError;
 use std::io;
 use std::path::PathBuf;

@@ -9,6 +9,7 @@ mod error;
 mod glb;
 mod obj;
 mod ply;
+mod report;
 pub mod simplify;
 mod stl;
 mod threemf;
@@ -16,11 +17,12 @@ mod unit;
 pub mod whole;
 
 pub use error::ExportError;
+pub use report::{BodyReport, ExportReport};
 
 use crate::sim::params::{Bounds, LENGTH, ParamsError};
 use crate::sim::snapshot::Snapshot;
 use crate::surface::mesh::Mesh;
-use crate::surface::stitch::{Repairs, print_ready};
+use crate::surface::stitch::print_ready;
 use bodies::{Body, bodies_of};
 use serde::{Deserialize, Serialize};
 use simplify::simplify_checked;
@@ -136,36 +138,6 @@ impl ExportOptions {
         VOLUME_MIN.check("volume_min", self.volume_min)?;
         self.simplify.map_or(Ok(()), |error| LENGTH.check("simplify", error))
     }
-}
-
-/// What an export did.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ExportReport {
-    /// What [`print_ready`] repaired.
-    pub repairs: Repairs,
-    /// The files written.
-    pub files: Vec<PathBuf>,
-    /// The bodies written, by falling volume.
-    pub bodies: Vec<BodyReport>,
-    /// Bodies left out because they are smaller than [`ExportOptions::volume_min`].
-    pub dropped_bodies: usize,
-    /// Sum of their volumes [m^3].
-    pub dropped_volume: f64,
-}
-
-/// A body as it was written.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BodyReport {
-    /// Volume [m^3], its cavities taken off.
-    pub volume: f64,
-    /// Hollows without a way out.
-    pub cavities: usize,
-    /// Triangles before simplification.
-    pub triangles_extracted: usize,
-    /// Triangles written.
-    pub triangles: usize,
-    /// Why the body was written as it was although simplification was asked for.
-    pub not_simplified: Option<String>,
 }
 
 /// Writes a mesh as separate, closed bodies with outward triangles into one file of the extension's format.

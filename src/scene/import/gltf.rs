@@ -7,8 +7,7 @@
 
 use super::super::stamp::FileStamp;
 use super::super::text::read_bytes;
-use super::Beside;
-use super::soup::{BYTES_MAX, Fault, Soup};
+use super::soup::{BYTES_MAX, Beside, Fault, Soup};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use glam::{DMat4, DQuat, DVec3};

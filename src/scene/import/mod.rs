@@ -7,10 +7,11 @@ mod soup;
 mod stl;
 
 use super::error::SceneError;
+use super::line::{named, one_line};
 use super::stamp::FileStamp;
-use super::text::{named, one_line, read_bytes};
+use super::text::read_bytes;
 use glam::{DQuat, DVec3};
-use soup::{BYTES_MAX, Fault, Soup};
+use soup::{BYTES_MAX, Beside, Fault, Soup};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -39,14 +40,6 @@ impl MeshFormat {
             _ => None,
         }
     }
-}
-
-/// Where the files that a mesh file names are.
-struct Beside<'a> {
-    /// The mesh file's folder, if it has a place at all.
-    folder: Option<&'a Path>,
-    /// The files that were read.
-    stamps: &'a mut Vec<FileStamp>,
 }
 
 /// Where a mesh stops being closed.

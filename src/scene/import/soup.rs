@@ -1,6 +1,8 @@
-//! What the readers of mesh files hand on: vertices and triangles, or a fault.
+//! What the readers of mesh files are given beside bytes, and hand on: vertices and triangles, or a fault.
 
+use crate::scene::stamp::FileStamp;
 use glam::DVec3;
+use std::path::Path;
 
 /// The longest mesh file [bytes]: ten million triangles in binary STL, more than the finest grid, of 1024
 /// cells along an edge, tells apart.
@@ -21,6 +23,14 @@ impl Fault {
     pub(super) fn at(line: usize, reason: impl Into<String>) -> Self {
         Self { line: Some(line), reason: reason.into() }
     }
+}
+
+/// Where the files that a mesh file names are.
+pub(super) struct Beside<'a> {
+    /// The mesh file's folder, if it has a place at all.
+    pub(super) folder: Option<&'a Path>,
+    /// The files that were read.
+    pub(super) stamps: &'a mut Vec<FileStamp>,
 }
 
 /// Vertices and triangles as a file gives them; indices are in range and coordinates finite.
