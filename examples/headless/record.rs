@@ -49,8 +49,8 @@ impl Record {
         }
     }
 
-    /// Submits a plan: one that the engine refuses is no part of the run. A stroke is what tools do from where
-    /// one appears to where none is left.
+    /// Submits a plan: one that the engine refuses is no part of the run. A stroke is what tools do from
+    /// where one appears to where none is left.
     ///
     /// # Errors
     /// What the engine refuses.
@@ -71,7 +71,8 @@ impl Record {
         self.write(&Event::Report(report.plan_id));
     }
 
-    /// The run is over and left this clay, if the engine still has it; says what was wrong with the recording.
+    /// The run is over and left this clay, if the engine still has it; says what was wrong with the
+    /// recording.
     pub(crate) fn end(&mut self, clay: Option<&Snapshot>) -> Option<String> {
         if std::mem::take(&mut self.is_in_stroke) {
             self.write(&Event::StrokeEnded);

@@ -269,7 +269,8 @@ impl Scene {
     }
 
     /// The clay's parameters, with the scene's softening in place of the material's, and what is odd about
-    /// its file. `base_dir` is the scene file's folder; `stamps` gains what [`clay::ClayFile::load_stamped`] has.
+    /// its file. `base_dir` is the scene file's folder; `stamps` gains what
+    /// [`clay::ClayFile::load_stamped`] adds.
     ///
     /// # Errors
     /// A clay file that is not there or bad, a softening out of its range.

@@ -21,7 +21,7 @@ pub struct ClayMaterial {
     pub density: f64,
     /// Young's modulus E [Pa].
     pub young_modulus: f64,
-    /// Poisson's ratio nu [-], below 0.5.
+    /// Poisson's ratio nu [-], -0.99 to 0.4999.
     pub poisson_ratio: f64,
     /// Yield stress sY in uniaxial tension [Pa]; infinite for purely elastic clay.
     pub yield_stress: f64,

@@ -1,5 +1,5 @@
-//! Where results and recordings go: nothing is written over what a run reads or writes itself, and what cannot
-//! be written is told before the first frame, without a trace.
+//! Where results and recordings go: nothing is written over what a run reads or writes itself, and what
+//! cannot be written is told before the first frame, without a trace.
 
 use crate::{BLOCK, Desk, HEADLESS, Ran, input};
 use std::os::unix::fs::symlink;

@@ -12,7 +12,8 @@ pub struct ExportReport {
     pub files: Vec<PathBuf>,
     /// The bodies written, by falling volume.
     pub bodies: Vec<BodyReport>,
-    /// Bodies left out because they are smaller than [`ExportOptions::volume_min`](super::ExportOptions::volume_min).
+    /// Bodies left out because they are smaller than
+    /// [`ExportOptions::volume_min`](super::ExportOptions::volume_min).
     pub dropped_bodies: usize,
     /// Sum of their volumes [m^3].
     pub dropped_volume: f64,
