@@ -229,8 +229,8 @@ pub(crate) fn crowded_blocks_repeat(engine: &mut GpuEngine) -> Result<(), Failed
     Ok(())
 }
 
-/// A blade that meets the clay at 3 cells a substep, which no planner asks for: the sums get as much room after
-/// each halving of the step as before it.
+/// A blade that meets the clay at 3 cells a substep, which no planner asks for: the sums get as much room
+/// after each halving of the step as before it.
 pub(crate) fn fast_blade_is_given_room(engine: &mut GpuEngine) -> Result<(), Failed> {
     let domain = room([40, 20, 12], Wall::Slip);
     let material = ClayMaterial { poisson_ratio: 0.3, ..Preset::SoftClay.material() };

@@ -8,8 +8,8 @@
 //! or given up, a particle's stretch left 0.05 .. 20, a number is not finite, or the energy that the tool did
 //! not bring grew beyond 1.5 times the first.
 //!
-//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does, or a file could not be
-//! written. 2: bad arguments, or a place that takes no file: nothing was run.
+//! Exit code 0: the law by default blows up nowhere up to the default step. 1: it does, or a file could not
+//! be written. 2: bad arguments, or a place that takes no file: nothing was run.
 
 mod picture;
 

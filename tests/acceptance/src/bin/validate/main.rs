@@ -5,8 +5,8 @@
 //!
 //! Exit code 0: every row is within its limit or a known miss (docs/known_misses.ron). 1: a row is not, or a
 //! known miss got a tenth worse, passes now or is met by no row, or a quick run has more rows or fewer than
-//! [`CASES`] says, or a result could not be written. 2: bad arguments, or a place that takes no result: nothing
-//! was run.
+//! [`CASES`] says, or a result could not be written. 2: bad arguments, or a place that takes no result:
+//! nothing was run.
 
 mod cut_methods;
 mod document;
