@@ -1,11 +1,12 @@
 //! The app's graphics device, and both worlds' hold on an engine that runs there.
 
+use crate::sim::engine::EngineError;
 use crate::sim::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
 use bevy::tasks::futures::now_or_never;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// The app's device, if it renders.
 #[derive(SystemParam)]
@@ -61,7 +62,7 @@ impl SharedDevice {
     /// An engine on it. Compiles shaders: takes its time.
     pub(super) fn engine(&self) -> Result<(GpuEngine, Bridge), GpuError> {
         let (engine, link) = GpuEngine::linked(self.device.clone())?;
-        Ok((engine, Bridge { device: self.clone(), link, fault: Arc::default() }))
+        Ok((engine, Bridge { device: self.clone(), link }))
     }
 }
 
@@ -70,18 +71,12 @@ impl SharedDevice {
 pub(super) struct Bridge {
     pub(super) device: SharedDevice,
     pub(super) link: GpuLink,
-    fault: Arc<Mutex<Option<String>>>,
 }
 
 impl Bridge {
-    /// What went wrong in the render world, once.
-    pub(super) fn take_fault(&self) -> Option<String> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
-
-    /// Says what went wrong, for the main world to act on.
+    /// Stops the engine for what went wrong in the render world.
     pub(super) fn fail(&self, reason: String) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
+        self.link.fail(EngineError::Stopped(reason));
     }
 
     /// The passes that wait as a command buffer; nothing if there are none, or if the device finds them

@@ -181,18 +181,10 @@ impl PartialEq for Want {
     }
 }
 
-/// An engine that is being started.
-struct UnderWay {
-    want: Want,
-    /// Whether it takes over the state of the engine that runs.
-    is_takeover: bool,
-    task: Task<Result<ClayEngine, EngineError>>,
-}
-
 /// The next engine of a clay.
 #[derive(Component, Default)]
 pub(super) struct EngineStart {
-    under_way: Option<UnderWay>,
+    under_way: Option<(Want, Task<Result<ClayEngine, EngineError>>)>,
     refused: Option<Want>,
     generation: u64,
     restarted: Option<Instant>,
@@ -238,22 +230,16 @@ impl EngineStart {
     fn spawn(&mut self, want: Want, snapshot: impl Future<Output = Result<Arc<Snapshot>, EngineError>> + Send + 'static) {
         let wanted = want.clone();
         let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot.await?) });
-        self.under_way = Some(UnderWay { want, is_takeover: false, task });
+        self.under_way = Some((want, task));
     }
 
     /// Starts the engine that the clay should have, if it is not running or starting.
     fn pursue(&mut self, want: Want, engine: Option<&mut ClayEngine>) -> Result<(), EngineError> {
-        let mut engine = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source));
-        if let Some(under_way) = self.under_way.as_ref().filter(|u| u.want == want) {
-            match engine.as_deref_mut() {
-                // Its state will never come.
-                Some(ClayEngine { stopped: Some(_), .. }) if under_way.is_takeover => {}
-                Some(engine) => {
-                    engine.is_leaving = true;
-                    return Ok(());
-                }
-                None => return Ok(()),
-            }
+        let engine = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source));
+        if self.under_way.as_ref().is_some_and(|(under_way, _)| *under_way == want) {
+            // What it did now would be lost: the next one's state is taken already.
+            engine.into_iter().for_each(|engine| engine.is_leaving = true);
+            return Ok(());
         }
         self.under_way = None;
         if self.refused.as_ref() == Some(&want) {
@@ -280,7 +266,6 @@ impl EngineStart {
             if engine.pending() == 0 {
                 let (ticket, kept) = (engine.request_state()?, engine.kept.snapshot.clone());
                 self.spawn(want, async { Ok(ticket.await.map_or_else(|StateLost| go_on_from(kept), |make| Arc::new(make()))) });
-                self.under_way.as_mut().into_iter().for_each(|u| u.is_takeover = true);
             }
         }
         Ok(())
@@ -349,9 +334,9 @@ pub(super) fn admit(
     let _watch = held.watch();
     for (entity, mut start, mut status, old) in &mut clays {
         let start = start.bypass_change_detection();
-        let Some(under_way) = &mut start.under_way else { continue };
-        let Some(result) = check_ready(&mut under_way.task) else { continue };
-        let want = under_way.want.clone();
+        let Some((want, task)) = &mut start.under_way else { continue };
+        let Some(result) = check_ready(task) else { continue };
+        let want = want.clone();
         start.under_way = None;
         match result {
             Ok(mut engine) => {

@@ -1,6 +1,5 @@
 //! Hands out what came of frames: messages, status, trouble named once per clay.
 
-use super::bridge::Bridge;
 use super::clay::{Clay, ClayReport, ClayStatus};
 use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
@@ -8,7 +7,6 @@ use super::follow::Following;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use super::show::{self, ClaySurface};
-use crate::sim::engine::EngineError;
 use bevy::prelude::*;
 
 /// Takes in reports and writes the status.
@@ -30,10 +28,6 @@ fn report(
 ) {
     let _watch = held.watch();
     for (entity, mut clay, mut status) in &mut clays {
-        if let Some(fault) = clay.bridge.as_ref().and_then(Bridge::take_fault) {
-            error!("clay {entity} lost its engine: {fault}");
-            clay.stopped = Some(EngineError::Stopped(fault));
-        }
         while clay.stopped.is_none() {
             let (engine, plans) = clay.parts();
             match engine.poll() {
