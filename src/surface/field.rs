@@ -284,6 +284,7 @@ impl Field {
     ///
     /// # Panics
     /// An array whose length is not the product of `extent`, or more than 255 sheets.
+    #[cfg(any(test, feature = "reference"))]
     pub fn from_nodes<'a>(extent: [usize; 3], total: &[f32], sides: impl IntoIterator<Item = (&'a [f32], &'a [f32])>) -> Self {
         assert_eq!(extent.iter().product::<usize>(), total.len(), "the field's length must be that of its extent");
         let blocks = IVec3::from_array(extent.map(|n| (n as i32).div_euclid(BLOCK) + 2));
