@@ -102,6 +102,11 @@ impl Visit {
         self.end() > time || (!self.is_begun && self.end() == time)
     }
 
+    /// Whether a frame from `from` to `to` may have it, for all that its own times say.
+    fn is_due(&self, from: f64, to: f64) -> bool {
+        if self.is_let_go { self.start() < to && self.goes_on_at(from) } else { self.start() <= to }
+    }
+
     /// Whether no frame may have both.
     fn is_same_tool(&self, other: &Self) -> bool {
         self.key == other.key || self.id == other.id
@@ -295,18 +300,13 @@ impl Trails {
         piece
     }
 
-    /// Whether a frame from `from` to `to` may have this visit, for all that its own times say.
-    fn is_due(visit: &Visit, from: f64, to: f64) -> bool {
-        if visit.is_let_go { visit.start() < to && visit.goes_on_at(from) } else { visit.start() <= to }
-    }
-
     /// The visits that a frame from `from` to `to` sweeps. A tool that was put down anew cannot be at both
     /// places: as long as the visit before has a way to go, that one is in the frame.
     fn in_frame(&self, from: f64, to: f64) -> Vec<usize> {
         let mut here: Vec<usize> = vec![];
         for (i, visit) in self.visits.iter().enumerate() {
             let is_late = here.iter().any(|j| self.visits[*j].is_let_go && self.visits[*j].is_same_tool(visit));
-            if Self::is_due(visit, from, to) && !is_late {
+            if visit.is_due(from, to) && !is_late {
                 here.push(i);
             }
         }
@@ -317,7 +317,7 @@ impl Trails {
     fn handover(&self, from: f64, to: f64) -> Option<f64> {
         let here = self.in_frame(from, to);
         let late = (0..self.visits.len()).filter(|i| !here.contains(i)).map(|i| &self.visits[i]);
-        let times = late.filter(|v| Self::is_due(v, from, to)).filter_map(|v| match v.start() {
+        let times = late.filter(|v| v.is_due(from, to)).filter_map(|v| match v.start() {
             start if start > from => Some(start),
             // Two tools of one name were held at once.
             _ => here.iter().map(|j| &self.visits[*j]).find(|w| w.is_same_tool(v)).map(Visit::end),
