@@ -12,6 +12,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
 use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use glam::DVec3;
 use std::time::{Duration, Instant};
 

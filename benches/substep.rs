@@ -7,6 +7,7 @@
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use cpu_time::ProcessTime;
 use glam::{DVec3, IVec3};
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! A block of clay in a window, pressed by a ball: `cargo run --example minimal`. With `-- --frames N` it
+//! A block of clay in a window, pressed by a ball: `cargo demo minimal`. With `-- --frames N` it
 //! ends after N frames, or more if there is no dent yet; without one after a second of clay it ends badly.
 #![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
@@ -16,7 +16,7 @@ fn main() -> AppExit {
 struct Ball;
 
 fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: ResMut<Assets<StandardMaterial>>) -> Result {
-    let scene = Scene::from_ron("(clay: [Box(size: (0.06, 0.03, 0.06), center: (0, 0.015, 0))], cell_width: 0.004)")?;
+    let scene = ClayScene::from_ron("(clay: [Box(size: (0.06, 0.03, 0.06), center: (0, 0.015, 0))], cell_width: 0.004)")?;
     commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
     let ball = (Mesh3d(meshes.add(Sphere::new(0.008))), MeshMaterial3d(colours.add(Color::srgb(0.3, 0.4, 0.6))));
     commands.spawn(SculptTool::default());

@@ -17,13 +17,13 @@ has_display() {
 
 if has_display; then
     bash scripts/install.sh --window
-    exec cargo run --quiet --example sculpt -- "$@"
+    exec cargo demo sculpt -- "$@"
 fi
 
 echo "No display: sculpting without a window."
 bash scripts/install.sh --window
 out=out/bunny_carve
-cargo run --quiet --example headless -- assets/scenes/bunny_carve.ron --out "$out" "$@"
+cargo demo headless -- assets/scenes/bunny_carve.ron --out "$out" "$@"
 
 echo
 echo "Results in $PWD/$out:"

@@ -10,6 +10,8 @@ export CARGO_TARGET_DIR CARGO_TERM_PROGRESS_WHEN=never
 # install.sh has seen to a Vulkan driver: on a build machine its absence is a fault, elsewhere the tests that need it are ignored.
 [ -z "${CI:-}" ] || export CLAY_GPU=${CLAY_GPU:-require}
 results=$CARGO_TARGET_DIR/checks
+# All that draws, with one set of features: another would compile Bevy once more.
+with_bevy=(-p bevy_clay --features "demo inspector")
 mkdir -p "$results"
 
 current=start table=""
@@ -112,7 +114,7 @@ in_window() {
 # Every example with a window, for some frames. Bad arguments of `sculpt` are one line and exit code 2.
 run_windows() {
     local status lines bad examples=$CARGO_TARGET_DIR/debug/examples
-    cargo build --quiet -p bevy_clay --example minimal --example sculpt --example headless --example gallery
+    cargo build --quiet "${with_bevy[@]}" --example minimal --example sculpt --example headless --example gallery
     in_window "$examples/minimal" --frames 60
     in_window "$examples/sculpt" --script --frames 3000 --screenshot "$results/sculpt.png"
     for bad in "--frames 0" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
@@ -166,11 +168,11 @@ section "tests without Bevy" run_tests core --no-default-features --lib --bins -
 section "doc tests without Bevy" run_tests core-doc --no-default-features --doc -- --quiet
 section "programs" run_programs
 section "validate, quick" validate
-section "lints with Bevy" cargo clippy --quiet -p bevy_clay --all-targets -- -D warnings
-section "tests with Bevy" run_tests bevy -p bevy_clay --lib --test plugin --test gpu_app --example gallery -- --quiet
+section "lints with Bevy" cargo clippy --quiet "${with_bevy[@]}" --all-targets -- -D warnings
+section "tests with Bevy" run_tests bevy "${with_bevy[@]}" --lib --test plugin --test gpu_app --example gallery -- --quiet
 section "examples with Bevy" run_windows
-section "doc tests with Bevy" run_tests bevy-doc -p bevy_clay --doc -- --quiet
+section "doc tests with Bevy" run_tests bevy-doc "${with_bevy[@]}" --doc -- --quiet
 section "docs without Bevy" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps --no-default-features --lib --examples
 # Of the examples too: without them Cargo chooses features of common crates for which all that Bevy brings would be compiled once more.
-section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps -p bevy_clay --features reference --lib --examples
+section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps "${with_bevy[@]}" --features reference --lib --examples
 section "package and an app outside" package

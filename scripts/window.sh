@@ -18,7 +18,7 @@ for tool in Xvfb xdotool import; do
     command -v "$tool" >/dev/null || fail "$tool is missing: bash scripts/install.sh --window --test"
 done
 # The package alone, as scripts/test.sh builds it: the whole workspace has other features, and all would be compiled once more.
-cargo build --quiet -p bevy_clay --example sculpt
+cargo build --quiet -p bevy_clay --features "demo inspector" --example sculpt
 sculpt=${CARGO_TARGET_DIR:-target}/debug/examples/sculpt
 
 # The first display that is free.

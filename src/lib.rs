@@ -21,12 +21,13 @@
 //! ```
 //! use bevy_clay::prelude::*;
 //!
-//! let scene = Scene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004, material: Preset(SoftClay))")?;
+//! let scene = ClayScene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004, material: Preset(SoftClay))")?;
 //! let snapshot = scene.build(std::path::Path::new("."))?.snapshot;
 //! let mut engine = NativeEngine::new();
 //! engine.load(&snapshot)?;
-//! let plan = StepLimits::default().plan(&snapshot, 0.01, &[]);
-//! engine.submit(plan)?;
+//! if let Decision::Run(plan) = Planner::new(&snapshot).frame(&snapshot.material, 0.01, &[]) {
+//!     engine.submit(plan)?;
+//! }
 //! let report = engine.wait()?;
 //! assert!((report.grid_mass / report.particle_mass - 1.0).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -41,13 +42,23 @@ pub mod surface;
 #[cfg(feature = "inspector")]
 pub mod ui;
 
-/// What most programs need.
+/// What an app needs. The solver's own rooms have preludes of their own: [`sim::prelude`],
+/// [`scene::prelude`], [`surface::prelude`].
 pub mod prelude {
     #[cfg(feature = "bevy")]
     pub use crate::plugin::prelude::*;
+    pub use crate::scene::export::{BodyFiles, ExportFormat, ExportOptions};
+    pub use crate::scene::file::ClayScene;
+    pub use crate::sim::engine::{Engine, EngineError};
+    pub use crate::sim::frame::{FrameReport, ToolReport};
+    pub use crate::sim::health::Health;
+    pub use crate::sim::material::{ClayLaw, ClayMaterial, Preset, Weld};
+    pub use crate::sim::native::NativeEngine;
+    pub use crate::sim::planner::{Backlog, Decision, InertiaScaling, Planner};
+    pub use crate::sim::snapshot::Snapshot;
+    pub use crate::sim::tool::{Contact, Pose, Tool, ToolShape};
     #[cfg(feature = "inspector")]
     pub use crate::ui::prelude::*;
-    pub use crate::{scene::prelude::*, sim::prelude::*, surface::prelude::*};
 }
 
 /// The README's examples are doc tests, with all features.

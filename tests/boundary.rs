@@ -292,7 +292,7 @@ fn planted_faults_are_found() {
         ("sim", "#[cfg(feature = \"bevy\")]", "bevy"),
         ("sim", "use crate::surface::mesh::Mesh;", "crate::surface"),
         ("sim", "use crate::{sim::{plan, tool}, scene::file};", "crate::scene"),
-        ("surface", "let s = crate::scene::Scene::default();", "crate::scene"),
+        ("surface", "let s = crate::scene::ClayScene::default();", "crate::scene"),
     ];
     for (module, text, name) in faults {
         assert_eq!(forbidden(module, text), [name], "{module}: {text}");

@@ -11,7 +11,8 @@ fn wide_lines(text: &str) -> impl Iterator<Item = (usize, usize)> {
     let mut is_example = false;
     let comments = (1..).zip(text.lines()).filter(|(_, line)| line.trim_start().starts_with("//"));
     comments.filter_map(move |(number, line)| {
-        let width = line.chars().count();
+        // The reader of a unit, \[m\], does not see its escapes.
+        let width = line.replace("\\[", "[").replace("\\]", "]").chars().count();
         is_example ^= line.trim_start_matches([' ', '/', '!']).starts_with("```");
         (width > WIDEST && !is_example).then_some((number, width))
     })
@@ -34,7 +35,8 @@ fn too_wide(folder: &Path, found: &mut Vec<String>) {
 #[test]
 fn wide_comments_are_found() {
     let wide = "/".repeat(WIDEST + 1);
-    let text = format!("{wide}\nlet code = \"{wide}\";\n//! ```\n//! {wide}\n//! ```\n    {}\n", &wide[1..]);
+    let text =
+        format!("{wide}\nlet code = \"{wide}\";\n//! ```\n//! {wide}\n//! ```\n    {}\n{}\\[m\\]\n", &wide[1..], &wide[4..]);
     assert_eq!(wide_lines(&text).collect::<Vec<_>>(), [(1, WIDEST + 1), (6, WIDEST + 4)]);
 }
 

@@ -6,6 +6,7 @@ use bevy::prelude::*;
 use bevy::tasks::AsyncComputeTaskPool;
 use bevy::time::TimeUpdateStrategy;
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use glam::DVec3;
 use std::sync::{Arc, RwLock, mpsc};
 use std::time::{Duration, Instant};

@@ -1,6 +1,7 @@
 //! The README's scene is a scene, its clay a clay. (Its Rust example is a doc test.)
 
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
 use std::path::Path;
 
 /// The README's blocks of RON, from 0.
@@ -11,7 +12,7 @@ fn block(index: usize) -> &'static str {
 
 #[test]
 fn scene_of_the_readme_builds() {
-    let built = Scene::from_ron(block(0)).expect("scene").build(Path::new(".")).expect("clay");
+    let built = ClayScene::from_ron(block(0)).expect("scene").build(Path::new(".")).expect("clay");
     assert!(built.snapshot.particles.len() > 1000 && built.frame_count() > 0);
 }
 

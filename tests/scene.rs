@@ -2,6 +2,7 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::scene::fill::{Fill, FilledPoint};
+use bevy_clay::scene::prelude::*;
 use bevy_clay::scene::solid::{MeshSolid, Solid};
 use glam::{DVec3, IVec3};
 use std::collections::{HashMap, HashSet};
@@ -12,7 +13,7 @@ fn folder() -> std::path::PathBuf {
 }
 
 fn built(name: &str) -> BuiltScene {
-    let scene = Scene::load(&folder().join(name)).expect("a good scene");
+    let scene = ClayScene::load(&folder().join(name)).expect("a good scene");
     scene.build(&folder()).expect("a scene that builds")
 }
 
@@ -197,7 +198,7 @@ fn slump_cylinder_is_softer_than_its_weight() {
 fn bunny_fill_converges_over_cell_widths() {
     for (cell_width, least) in [(0.008, 1000), (0.004, 10_000), (0.002, 90_000)] {
         let text = format!("(clay: [Mesh(path: \"../meshes/bunny.obj\", height: 0.08)], cell_width: {cell_width})");
-        let scene = Scene::from_ron(&text).expect("scene").build(&folder()).expect("built");
+        let scene = ClayScene::from_ron(&text).expect("scene").build(&folder()).expect("built");
         let report = &scene.fill;
         println!("cell {cell_width}: {report:?}");
         assert!(report.particle_count > least);

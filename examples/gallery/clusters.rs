@@ -9,13 +9,13 @@ use bevy_clay::surface::grains::extract_with_grains;
 use bevy_clay::surface::mesh::Mesh;
 use glam::DVec3;
 
-/// Cell width [m].
+/// Cell width \[m\].
 pub(crate) const CELL: f64 = 0.005;
-/// Radius of the ball [cells].
+/// Radius of the ball \[cells\].
 const RADIUS: f64 = 4.0;
 /// Particles of a cluster along each axis, half a cell apart: clusters of 1, 2, 4, 8 and 27.
 const CLUSTERS: [[u32; 3]; 5] = [[1, 1, 1], [2, 1, 1], [2, 1, 2], [2, 2, 2], [3, 3, 3]];
-/// Middles of neighbouring clusters [cells].
+/// Middles of neighbouring clusters \[cells\].
 const SPACING: f64 = 3.6;
 
 /// The clay: a ball, and the clusters in a row in front of it, all upon the same floor.

@@ -1,5 +1,5 @@
 //! Pictures of what the surface shows, drawn without a window:
-//! `cargo run --example gallery -- --out DIR [--only NAME] [--quick]`.
+//! `cargo demo gallery -- --out DIR [--only NAME] [--quick]`.
 //!
 //! Each clay is sculpted by the CPU engine first; then the plugin shows it as it does in an app, its surface
 //! made on the graphics device. Exit code 1: a picture could not be made, or the clay is not in the pieces
@@ -14,7 +14,7 @@ mod stage;
 mod studio;
 
 use bevy::math::Vec3;
-use bevy_clay::prelude::*;
+use bevy_clay::surface::prelude::*;
 use clap::Parser;
 use stage::{Shot, Subject};
 use std::path::PathBuf;

@@ -2,6 +2,8 @@
 
 use bevy::math::Vec3;
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
+use bevy_clay::surface::prelude::*;
 use std::path::Path;
 
 /// A scene and what is drawn of its end.
@@ -53,7 +55,7 @@ impl GalleryScene {
     /// # Errors
     /// A run that had to stop; clay that is not in as many pieces as it was cut into.
     pub(crate) fn run(&self, is_quick: bool) -> Result<Sculpted, String> {
-        let mut scene = Scene::from_ron(self.text).map_err(|e| e.to_string())?;
+        let mut scene = ClayScene::from_ron(self.text).map_err(|e| e.to_string())?;
         if is_quick {
             scene.cell_width *= 2.0;
         }

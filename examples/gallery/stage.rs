@@ -10,7 +10,7 @@ use bevy_clay::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::{Path, PathBuf};
 
-/// Size of the part of a picture that a camera fills [pixels].
+/// Size of the part of a picture that a camera fills \[pixels\].
 const VIEW: UVec2 = UVec2::new(900, 720);
 /// Frames for which a surface stays the same before its picture is taken: its mesh has found room, shadows
 /// are drawn.
@@ -33,12 +33,12 @@ pub(crate) struct Shot {
     pub(crate) subject: Subject,
     /// Ways from the subject to the cameras.
     pub(crate) views: &'static [Vec3],
-    /// Low and high corner of what is to be seen [m], if not the subject's.
+    /// Low and high corner of what is to be seen \[m\], if not the subject's.
     pub(crate) room: Option<(Vec3, Vec3)>,
 }
 
 impl Subject {
-    /// Low and high corner [m].
+    /// Low and high corner \[m\].
     fn bounds(&self) -> (Vec3, Vec3) {
         let (low, high) = match self {
             Self::Clay(clay) => {
@@ -143,7 +143,7 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mu
     match &shot.subject {
         Subject::Clay(snapshot) => {
             let settings =
-                ClaySettings { engine: EngineChoice::Native, is_paused: true, surface: SurfaceMaker::Gpu, ..default() };
+                ClaySettings { engine: EngineChoice::Native, is_paused: true, surface: SurfaceBackend::Gpu, ..default() };
             place.insert((Clay::new((**snapshot).clone()), settings));
         }
         Subject::Mesh(surface) => {

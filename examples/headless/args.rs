@@ -1,7 +1,7 @@
 //! The command line.
 
-use bevy_clay::prelude::*;
 use bevy_clay::scene::line::one_line;
+use bevy_clay::scene::prelude::*;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 

@@ -19,10 +19,10 @@
 
 mod args;
 mod interrupt;
-#[cfg(not(feature = "bevy"))]
+#[cfg(not(feature = "demo"))]
 #[path = "no_pictures.rs"]
 mod pictures;
-#[cfg(feature = "bevy")]
+#[cfg(feature = "demo")]
 mod pictures;
 mod places;
 mod progress;
@@ -35,6 +35,8 @@ mod write;
 
 use args::Args;
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
+use bevy_clay::sim::prelude::*;
 use places::Places;
 use record::Record;
 use run::Run;
@@ -84,7 +86,7 @@ struct Ready {
 /// Reads the scene, loads the clay and finds out whether the results can be written.
 fn prepare(args: &Args) -> Result<Ready, String> {
     let began = Instant::now();
-    let scene = Scene::load(args.scene()).map_err(|e| e.to_string())?;
+    let scene = ClayScene::load(args.scene()).map_err(|e| e.to_string())?;
     let built = scene.build(args.scene().parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
     let mut engine = NativeEngine::new();
     engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file))?;

@@ -13,6 +13,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
 use std::path::{Path, PathBuf};
 
@@ -173,7 +174,7 @@ fn tool(shape: &ToolShape) -> Mesh {
     }
 }
 
-/// Radius at which a wire, which has none, is drawn [m].
+/// Radius at which a wire, which has none, is drawn \[m\].
 const WIRE_RADIUS: f32 = 0.0003;
 
 /// A strip bent along a profile.

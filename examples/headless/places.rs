@@ -6,6 +6,7 @@ use bevy_clay::prelude::*;
 use bevy_clay::scene::export::whole::{check_writable, remove_leftovers};
 use bevy_clay::scene::export::{PARTICLES, is_numbered, numbered};
 use bevy_clay::scene::line::named;
+use bevy_clay::scene::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,9 @@
 //! on.
 
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
 use bevy_clay::scene::recording::Event;
+use bevy_clay::sim::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// The recording of a run, if there is to be one.

@@ -4,6 +4,7 @@ use crate::progress::Progress;
 use crate::{Exit, interrupt, say};
 use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
+use bevy_clay::scene::prelude::*;
 use bevy_clay::scene::recording::{Event, Origin};
 use std::path::Path;
 

@@ -6,6 +6,9 @@ use crate::record::Record;
 use crate::tally::Tally;
 use crate::{interrupt, pictures};
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
+use bevy_clay::sim::prelude::*;
+use bevy_clay::surface::prelude::*;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]

@@ -29,9 +29,9 @@ pub(crate) struct Tally {
     pub(crate) mass_error_max: f64,
     /// Least and greatest volume ratio J.
     pub(crate) ratio: (f64, f64),
-    /// Greatest force on each tool [N].
+    /// Greatest force on each tool \[N\].
     pub(crate) force_max: Vec<f64>,
-    /// Wall time in the engine [s].
+    /// Wall time in the engine \[s\].
     pub(crate) engine_seconds: f64,
 }
 
@@ -51,7 +51,7 @@ impl Tally {
         }
     }
 
-    /// Adds a frame on cells of `cell_width` [m].
+    /// Adds a frame on cells of `cell_width` \[m\].
     pub(crate) fn add(&mut self, report: &FrameReport, cell_width: f64) {
         let mass_error = (report.grid_mass / report.particle_mass - 1.0).abs();
         self.add_line(report, cell_width, mass_error);

@@ -6,6 +6,8 @@ use crate::run::{End, Run};
 use crate::{Exit, pictures, say};
 use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
+use bevy_clay::scene::prelude::*;
+use bevy_clay::surface::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;

@@ -2,6 +2,7 @@
 
 use bevy::prelude::Resource;
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
 use clap::{Parser, ValueEnum};
 use std::path::{Path, PathBuf};
 
@@ -49,7 +50,7 @@ pub(crate) enum SurfaceArg {
     Gpu,
 }
 
-impl From<SurfaceArg> for SurfaceMaker {
+impl From<SurfaceArg> for SurfaceBackend {
     fn from(arg: SurfaceArg) -> Self {
         match arg {
             SurfaceArg::Auto => Self::Auto,
@@ -112,12 +113,12 @@ impl Args {
     pub(crate) fn start(&self) -> Result<Start, String> {
         let (scene, base) = match &self.scene {
             Some(file) => {
-                let scene = Scene::load(file).map_err(|e| e.to_string())?;
+                let scene = ClayScene::load(file).map_err(|e| e.to_string())?;
                 (scene, file.parent().unwrap_or(Path::new(".")).to_path_buf())
             }
             None => {
                 let text = BLOCK.replace("CELL_WIDTH", &BLOCK_CELL.to_string());
-                (Scene::from_ron(&text).map_err(|e| e.to_string())?, PathBuf::from("."))
+                (ClayScene::from_ron(&text).map_err(|e| e.to_string())?, PathBuf::from("."))
             }
         };
         let built = scene.build(&base).map_err(|e| e.to_string())?;
@@ -159,7 +160,7 @@ impl Start {
             return Ok(self.built.snapshot.clone());
         }
         let cell_width = self.built.scene.cell_width * (count / (RESERVE * PARTICLES_WITHOUT_GPU)).cbrt();
-        let scene = Scene { cell_width, ..self.built.scene.clone() };
+        let scene = ClayScene { cell_width, ..self.built.scene.clone() };
         scene.build(&self.base).map(|built| built.snapshot).map_err(|e| e.to_string())
     }
 }

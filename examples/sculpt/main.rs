@@ -1,4 +1,4 @@
-//! Sculpts clay in a window: `cargo run --example sculpt [-- --scene FILE --clay FILE --engine
+//! Sculpts clay in a window: `cargo demo sculpt [-- --scene FILE --clay FILE --engine
 //! auto|native|gpu --surface auto|cpu|gpu --frames N --script --screenshot FILE --out DIR]`.
 //!
 //! | file     | does                                              |
@@ -166,7 +166,7 @@ fn set_up(
     }
 }
 
-/// Middle and half the diagonal of the box of the particles [m].
+/// Middle and half the diagonal of the box of the particles \[m\].
 fn ball(snapshot: &Snapshot) -> (Vec3, f32) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = snapshot

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 /// Part of a window's frame that the engine may take.
 const SHARE: f64 = 0.6;
-/// Most time that a frame of clay may take [s], however long the window's frames are.
+/// Most time that a frame of clay may take \[s\], however long the window's frames are.
 const FRAME_MAX: f64 = 0.025;
 /// Slowest clock.
 const SPEED_MIN: f64 = 1e-4;
@@ -29,7 +29,7 @@ const REST_FRAMES: u32 = 6;
 pub(crate) struct Pace {
     /// Wall time per simulated time, smoothed; none until a frame has ended.
     cost: Option<f64>,
-    /// Wall time of the window's frames, smoothed [s].
+    /// Wall time of the window's frames, smoothed \[s\].
     frame: f64,
     /// Slows the clock while frames pile up, whatever the engine says they cost, by as many halvings.
     brake: f64,

@@ -27,9 +27,9 @@ pub(crate) struct SmallPicture {
 #[derive(Debug, Default)]
 pub(crate) struct Drawn {
     is_stale: bool,
-    /// Time since then [s].
+    /// Time since then \[s\].
     age: f32,
-    /// What drawing takes [s], about.
+    /// What drawing takes \[s\], about.
     cost: f32,
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn refresh(
     const OPENING: f32 = 3.0;
     /// Part of its greatest value that the cost keeps per frame.
     const FADING: f32 = 0.95;
-    /// Least time between pictures of a tool that moves in clay that does not [s].
+    /// Least time between pictures of a tool that moves in clay that does not \[s\].
     const TOOL_ALONE: f32 = 0.25;
     if picture.is_none() {
         return;

@@ -17,7 +17,7 @@ pub(crate) enum Script {
     #[default]
     Waiting,
     Pressing,
-    /// The tool is as deep as it goes since this time of the clay [s].
+    /// The tool is as deep as it goes since this time of the clay \[s\].
     Holding(f64),
     Done,
 }

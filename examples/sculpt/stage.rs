@@ -14,13 +14,13 @@ const BOARD: Color = Color::srgb(0.46, 0.40, 0.33);
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Orbit {
     pub(crate) target: Vec3,
-    /// About the vertical [rad].
+    /// About the vertical \[rad\].
     pub(crate) yaw: f32,
-    /// Above the horizontal [rad].
+    /// Above the horizontal \[rad\].
     pub(crate) pitch: f32,
-    /// [m]
+    /// \[m\]
     pub(crate) distance: f32,
-    /// Nearest and farthest [m].
+    /// Nearest and farthest \[m\].
     range: (f32, f32),
 }
 
@@ -31,7 +31,7 @@ impl Orbit {
     }
 }
 
-/// Sets board, lights and camera about clay that fills the ball of `radius` [m] about `middle`; the camera is
+/// Sets board, lights and camera about clay that fills the ball of `radius` \[m\] about `middle`; the camera is
 /// handed back.
 pub(crate) fn set(
     commands: &mut Commands,

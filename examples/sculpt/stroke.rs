@@ -16,13 +16,13 @@ use std::time::Instant;
 const SPEED_MAX: f32 = 0.8;
 /// Greatest speed of a tool in the hand's time [m/s].
 const HAND_SPEED_MAX: f32 = 0.4;
-/// Speed of pressing in [units of the clay per second].
+/// Speed of pressing in \[units of the clay per second\].
 const PRESS_SPEED: f32 = 1.2;
-/// How far above the clay the tool hovers [units].
+/// How far above the clay the tool hovers \[units\].
 const HOVER: f32 = 0.02;
-/// How far the pointer goes before the knife knows its direction [units].
+/// How far the pointer goes before the knife knows its direction \[units\].
 const HEADING_AFTER: f32 = 0.3;
-/// Distance of the poses on a knife's line [units].
+/// Distance of the poses on a knife's line \[units\].
 const LINE_STEP: f32 = 0.1;
 /// Most places that a stroke remembers.
 const PLACES_MAX: usize = 256;
@@ -229,7 +229,7 @@ impl Stroke {
         }
     }
 
-    /// Moves the tool towards where it should be, by no more than `way` [m].
+    /// Moves the tool towards where it should be, by no more than `way` \[m\].
     fn advance(&mut self, mut way: f32, hand: &Hand, eye: Eye, held: &mut Held) {
         let reach = held.tool.tool.shape.bounding_radius() as f32;
         if hand.kind != ToolKind::Knife {

@@ -51,7 +51,7 @@ pub(crate) struct Hand {
     pub(crate) size: f32,
     /// How deep the tool goes in the end, over its depth by habit.
     pub(crate) depth: f32,
-    /// A length that suits the clay [m].
+    /// A length that suits the clay \[m\].
     pub(crate) unit: f32,
 }
 
@@ -74,7 +74,7 @@ impl Hand {
         self.depth = (self.depth * factor).clamp(*DEPTHS.start(), *DEPTHS.end());
     }
 
-    /// Half the tool's extents [m], its own y standing on the surface; of the knife: along the stroke, along
+    /// Half the tool's extents \[m\], its own y standing on the surface; of the knife: along the stroke, along
     /// the view, nothing.
     fn half(&self) -> Vec3 {
         let s = self.unit * self.size;
@@ -87,12 +87,12 @@ impl Hand {
         }
     }
 
-    /// Half the knife's length [m].
+    /// Half the knife's length \[m\].
     pub(crate) fn knife_reach(&self) -> f32 {
         4.6 * self.unit
     }
 
-    /// How deep the tool goes in the end [m].
+    /// How deep the tool goes in the end \[m\].
     pub(crate) fn depth_max(&self) -> f32 {
         match self.kind {
             ToolKind::Ball => 0.6 * self.unit * self.size * self.depth,
@@ -112,7 +112,7 @@ impl Hand {
         }
     }
 
-    /// The tool on the surface, `depth` [m] below it (above it if negative), one of its axes along `right` as
+    /// The tool on the surface, `depth` \[m\] below it (above it if negative), one of its axes along `right` as
     /// seen from the camera.
     pub(crate) fn pose(&self, hit: &Hit, right: Vec3, depth: f32) -> Transform {
         let up = hit.normal;
@@ -126,7 +126,7 @@ impl Hand {
     }
 
     fn mesh(&self) -> Mesh {
-        /// Thickness of the knife as drawn [m]; it has none.
+        /// Thickness of the knife as drawn \[m\]; it has none.
         const KNIFE: f32 = 0.0004;
         let half = self.half();
         match self.kind {
@@ -203,7 +203,7 @@ pub(crate) fn late(
     late: Single<(&mut Transform, &mut Visibility), With<InClay>>,
     clay: Query<(&ClayEngine, &GlobalTransform)>,
 ) {
-    /// Less is not seen [m].
+    /// Less is not seen \[m\].
     const APART: f32 = 0.0005;
     let (tool, held) = *hand;
     let (mut late, mut visibility) = late.into_inner();

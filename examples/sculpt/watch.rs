@@ -14,9 +14,9 @@ use bevy_clay::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What the surface has to move for an answer [m].
+/// What the surface has to move for an answer \[m\].
 const ANSWER: f32 = 3e-5;
-/// How long clay may settle before a stroke is measured, in its own time [s]; clay at rest has settled.
+/// How long clay may settle before a stroke is measured, in its own time \[s\]; clay at rest has settled.
 const SETTLING: f64 = 0.05;
 
 /// The run so far.
@@ -27,13 +27,13 @@ pub(crate) struct Watch {
     surfaces: u64,
     /// A press whose answer is not shown yet: when, where, how far the surface was.
     asked: Option<(Instant, Ray3d, f32)>,
-    /// Press to surface [ms].
+    /// Press to surface \[ms\].
     pub(crate) answers: Vec<f64>,
     settling: Option<Settling>,
     /// Said of the stroke under way.
     is_deep_said: bool,
     counting: Option<Counting>,
-    /// Greatest force on the tool since the stroke began [N].
+    /// Greatest force on the tool since the stroke began \[N\].
     force: f64,
     pub(crate) strokes: Vec<Outcome>,
     held_ms: f64,
@@ -65,7 +65,7 @@ impl Default for Watch {
 /// What a stroke left behind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outcome {
-    /// Greatest distance by which the surface went away from the eye along the stroke [mm].
+    /// Greatest distance by which the surface went away from the eye along the stroke \[mm\].
     pub(crate) dent: f32,
     /// Bodies that the surface encloses.
     pub(crate) bodies: usize,
@@ -74,7 +74,7 @@ pub(crate) struct Outcome {
 /// A stroke that is to be measured when the clay has settled and its surface shows that.
 struct Settling {
     done: Arc<Done>,
-    /// Time of the clay when the tool left [s].
+    /// Time of the clay when the tool left \[s\].
     since: f64,
     /// The state of the clay when it had settled: the surface of that or a newer one is measured.
     settled: Option<(u64, u64)>,
@@ -83,7 +83,7 @@ struct Settling {
 /// A stroke whose bodies are being counted.
 struct Counting {
     done: Arc<Done>,
-    /// As in [`Outcome`] [mm].
+    /// As in [`Outcome`] \[mm\].
     dent: f32,
     /// Bodies before the stroke and after it.
     bodies: Task<[usize; 2]>,

@@ -120,7 +120,7 @@ pub enum MeshQuality {
 /// Where the surface that is shown is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Default)]
-pub enum SurfaceMaker {
+pub enum SurfaceBackend {
     /// On the graphics device where the app renders on a hardware adapter, on the processor elsewhere.
     #[default]
     Auto,
@@ -150,7 +150,7 @@ pub struct ClaySettings {
     /// How the clay is shown.
     pub mesh: MeshQuality,
     /// Where its surface is made.
-    pub surface: SurfaceMaker,
+    pub surface: SurfaceBackend,
     /// What the tools do with the hand's way that the clay had no time for.
     pub backlog: Backlog,
     /// Seconds between the copies of the state that the clay goes on from when its engine is lost; 0 or less
@@ -167,7 +167,7 @@ impl Default for ClaySettings {
             is_responsive: true,
             is_paused: false,
             mesh: MeshQuality::Fine,
-            surface: SurfaceMaker::Auto,
+            surface: SurfaceBackend::Auto,
             backlog: Backlog::default(),
             snapshot_interval: 1.0,
         }
@@ -202,27 +202,27 @@ pub struct ClayStatus {
     pub warnings: Vec<String>,
     /// Particles in motion.
     pub particle_count: usize,
-    /// Cell width [m].
+    /// Cell width \[m\].
     pub cell_width: f64,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Simulated time per wall time over the last second or so.
     pub rate: f64,
-    /// Time of the app's clock [s] that the clay did not follow: the engine was busy, or refused a frame.
+    /// Time of the app's clock \[s\] that the clay did not follow: the engine was busy, or refused a frame.
     pub given_up: f64,
-    /// Time [s] by which the tools, as the clay has them, lag behind the hand.
+    /// Time \[s\] by which the tools, as the clay has them, lag behind the hand.
     pub lag: f64,
     /// Substeps of the last frame.
     pub substeps: u32,
-    /// Wall time of the last frame [ms].
+    /// Wall time of the last frame \[ms\].
     pub frame_ms: f64,
     /// Its parts.
     pub pass_ms: PassTimes,
-    /// Wall time [ms] of the last surface, on another thread.
+    /// Wall time \[ms\] of the last surface, on another thread.
     pub mesh_ms: f64,
     /// Triangles shown: of the surface, and of the balls that stand for particles outside of it.
     pub triangle_count: usize,
-    /// Longest time [ms] that a system of the plugin held the main thread in the last second.
+    /// Longest time \[ms\] that a system of the plugin held the main thread in the last second.
     pub main_thread_ms: f64,
     /// Volume of the clay [m^3].
     pub volume: f64,

@@ -6,15 +6,15 @@ use super::schedule::ClaySystems;
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
-/// Wall time of the last frames [ms].
+/// Wall time of the last frames \[ms\].
 pub const FRAME: DiagnosticPath = DiagnosticPath::const_new("clay/frame");
-/// Their sorting of particles [ms].
+/// Their sorting of particles \[ms\].
 pub const REBIN: DiagnosticPath = DiagnosticPath::const_new("clay/pass/rebin");
-/// Their node sums and grid updates [ms].
+/// Their node sums and grid updates \[ms\].
 pub const GRID: DiagnosticPath = DiagnosticPath::const_new("clay/pass/grid");
-/// Their gather, clay law and scatter [ms].
+/// Their gather, clay law and scatter \[ms\].
 pub const PARTICLES: DiagnosticPath = DiagnosticPath::const_new("clay/pass/particles");
-/// Their copies and statistics [ms].
+/// Their copies and statistics \[ms\].
 pub const REPORT: DiagnosticPath = DiagnosticPath::const_new("clay/pass/report");
 /// Particles in motion.
 pub const PARTICLE_COUNT: DiagnosticPath = DiagnosticPath::const_new("clay/particle_count");
@@ -22,9 +22,9 @@ pub const PARTICLE_COUNT: DiagnosticPath = DiagnosticPath::const_new("clay/parti
 pub const SUBSTEPS: DiagnosticPath = DiagnosticPath::const_new("clay/substeps");
 /// Simulated time per wall time of the slowest clay.
 pub const RATE: DiagnosticPath = DiagnosticPath::const_new("clay/rate");
-/// Wall time of the last surfaces [ms], on other threads.
+/// Wall time of the last surfaces \[ms\], on other threads.
 pub const MESH: DiagnosticPath = DiagnosticPath::const_new("clay/mesh");
-/// Longest time that a system of the plugin held the main thread in the last second [ms].
+/// Longest time that a system of the plugin held the main thread in the last second \[ms\].
 pub const MAIN_THREAD: DiagnosticPath = DiagnosticPath::const_new("clay/main_thread");
 
 /// Registers and measures.

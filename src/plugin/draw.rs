@@ -13,7 +13,7 @@ mod passes;
 pub(super) use drawn::Drawn;
 
 use super::bridge::{AppDevice, SharedDevice};
-use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceMaker};
+use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceBackend};
 use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
@@ -184,9 +184,9 @@ fn choose(
 /// Whether the surface of clay with these settings is to be made on the app's device.
 fn is_wanted_on(device: &SharedDevice, settings: &ClaySettings) -> bool {
     let is_wanted = match settings.surface {
-        SurfaceMaker::Auto => device.is_hardware(),
-        SurfaceMaker::Cpu => false,
-        SurfaceMaker::Gpu => true,
+        SurfaceBackend::Auto => device.is_hardware(),
+        SurfaceBackend::Cpu => false,
+        SurfaceBackend::Gpu => true,
     };
     is_wanted && settings.mesh != MeshQuality::Off
 }

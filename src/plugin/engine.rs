@@ -135,7 +135,7 @@ impl ClayEngine {
         self.stopped.is_some() || moved
     }
 
-    /// Copies the state away from the main thread, every `interval` [s] if it changed.
+    /// Copies the state away from the main thread, every `interval` \[s\] if it changed.
     fn keep(&mut self, interval: f32) {
         if let Some(copied) = self.kept.copying.as_mut().and_then(check_ready) {
             // An engine that went leaves the copy before.

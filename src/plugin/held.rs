@@ -20,7 +20,7 @@ impl HeldTime {
         Watch { held: self, began: Instant::now() }
     }
 
-    /// The longest time [ms] in the last second.
+    /// The longest time \[ms\] in the last second.
     pub(super) fn longest_ms(&self) -> f64 {
         self.times.front().map_or(0.0, |(_, time)| time.as_secs_f64() * 1e3)
     }

@@ -31,7 +31,7 @@
 //! use bevy_clay::prelude::*;
 //!
 //! fn spawn_clay(mut commands: Commands) -> Result {
-//!     let scene = Scene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004)")?;
+//!     let scene = ClayScene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004)")?;
 //!     commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
 //!     Ok(())
 //! }
@@ -62,7 +62,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// What most programs need.
 pub mod prelude {
     pub use super::ClayPlugins;
-    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes, SurfaceMaker};
+    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes, SurfaceBackend};
     pub use super::engine::ClayEngine;
     pub use super::follow::MaterialFile;
     pub use super::schedule::ClaySystems;

@@ -10,7 +10,7 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// The rate, with the clay at `time` [s] now.
+    /// The rate, with the clay at `time` \[s\] now.
     pub(super) fn rate(&mut self, time: f64) -> f64 {
         const STRETCH: Duration = Duration::from_secs(1);
         let (began, start) = *self.since.get_or_insert_with(|| (Instant::now(), time));

@@ -42,9 +42,9 @@ pub struct ClaySurface {
 }
 
 impl ClaySurface {
-    /// The closed mesh in the clay's own frame [m], with smooth normals: the data of the [`Mesh3d`], whose
+    /// The closed mesh in the clay's own frame \[m\], with smooth normals: the data of the [`Mesh3d`], whose
     /// asset lives in the render world alone and has balls for the grains behind it. None where the graphics
-    /// device makes what is shown ([`SurfaceMaker`](super::clay::SurfaceMaker)): it stays there, and
+    /// device makes what is shown ([`SurfaceBackend`](super::clay::SurfaceBackend)): it stays there, and
     /// [`extract_field`](crate::surface::extract::extract_field) makes one of [`field`](Self::field).
     pub fn mesh(&self) -> Option<&Arc<Surface>> {
         self.mesh.as_ref()
@@ -74,7 +74,7 @@ impl ClaySurface {
         cast_ray(&self.field, &self.settings, ray.origin.as_dvec3(), ray.direction.as_dvec3())
     }
 
-    /// Low and high corner of a box around the surface [m]; none where there is none.
+    /// Low and high corner of a box around the surface \[m\]; none where there is none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.bounds
     }
@@ -84,7 +84,7 @@ impl ClaySurface {
         (self.state.generation, self.state.revision)
     }
 
-    /// Wall time of its extraction [ms].
+    /// Wall time of its extraction \[ms\].
     pub fn extract_ms(&self) -> f64 {
         self.extract_ms
     }

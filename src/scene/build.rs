@@ -1,7 +1,7 @@
 //! From a scene to what an engine runs: snapshot and frame plans.
 
 use super::error::{SceneError, bytes_text};
-use super::file::{Body, MeshBody, Room, Scene};
+use super::file::{Body, ClayScene, MeshBody, Room};
 use super::fill::{Fill, FillReport};
 use super::import::ImportedMesh;
 use super::line::{named, short};
@@ -29,7 +29,7 @@ const CELL_BYTES: f64 = 1.0 / 16.0;
 const LATTICE_BYTES: f64 = 1.0;
 /// Part of the available memory that clay may take.
 const MEMORY_PART: f64 = 0.75;
-/// Memory [bytes] taken as available where the system does not say.
+/// Memory \[bytes\] taken as available where the system does not say.
 const MEMORY_UNKNOWN: f64 = 4.0 * (1u64 << 30) as f64;
 
 /// A scene made ready to run.
@@ -45,7 +45,7 @@ pub struct BuiltScene {
     /// buffers beside them, clays and those that they extend.
     pub inputs: Vec<FileStamp>,
     /// The scene.
-    pub scene: Scene,
+    pub scene: ClayScene,
 }
 
 impl BuiltScene {
@@ -55,7 +55,7 @@ impl BuiltScene {
         (self.scene.duration / self.scene.frame_time - 1e-6).ceil().max(1.0) as u64
     }
 
-    /// The tools in the frame from `frame_start` to `frame_end` [s], with times from the frame's start. Ids
+    /// The tools in the frame from `frame_start` to `frame_end` \[s\], with times from the frame's start. Ids
     /// are indices in the scene's list, plus 1.
     pub fn tool_paths(&self, frame_start: f64, frame_end: f64) -> Vec<ToolPath> {
         (1..).zip(&self.scene.tools).filter_map(|(id, track)| track.path(id, frame_start, frame_end)).collect()
@@ -63,7 +63,7 @@ impl BuiltScene {
 
     /// Plans the scene's frames.
     pub fn planner(&self) -> Planner {
-        let Scene { inertia, gravity, time_step, .. } = self.scene;
+        let ClayScene { inertia, gravity, time_step, .. } = self.scene;
         let mut planner = Planner::new(&self.snapshot);
         planner.policy = Policy { gravity, inertia, time_step, ..Policy::default() };
         planner
@@ -79,7 +79,7 @@ impl BuiltScene {
     /// Refuses frames that would need more substeps than one may have, as far as that is known before the
     /// run: for the clay's stiffness, gravity and the time step, or for a tool's speed.
     fn check_steps(&self) -> Result<(), SceneError> {
-        let Scene { frame_time, gravity, time_step, .. } = self.scene;
+        let ClayScene { frame_time, gravity, time_step, .. } = self.scene;
         let Snapshot { material, domain, .. } = &self.snapshot;
         let limits = StepLimits { gravity, time_step, ..StepLimits::default() };
         let plan = |tools: &[ToolPath]| limits.frame(material, domain.cell_width, frame_time, tools);
@@ -103,7 +103,7 @@ impl BuiltScene {
     }
 }
 
-/// Memory that may be used [bytes]: three quarters of what the system says is available.
+/// Memory that may be used \[bytes\]: three quarters of what the system says is available.
 pub fn memory_limit() -> f64 {
     let available = |text: String| {
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -141,7 +141,7 @@ struct Clay {
     inputs: Vec<FileStamp>,
 }
 
-impl Scene {
+impl ClayScene {
     /// Fills the clay. Mesh paths are relative to `base_dir`, the scene file's folder.
     ///
     /// # Errors
@@ -151,7 +151,7 @@ impl Scene {
         self.build_within(base_dir, memory_limit())
     }
 
-    /// [`Self::build`] with a limit of memory [bytes] of one's own.
+    /// [`Self::build`] with a limit of memory \[bytes\] of one's own.
     ///
     /// # Errors
     /// As [`Self::build`].

@@ -21,7 +21,7 @@ pub enum SceneError {
         file: String,
         /// What it is to be.
         kind: &'static str,
-        /// The most [bytes].
+        /// The most \[bytes\].
         most: u64,
     },
     /// Text that is not a scene.
@@ -62,17 +62,17 @@ pub enum SceneError {
     Memory {
         /// The scene file.
         file: String,
-        /// Cell width asked for [m].
+        /// Cell width asked for \[m\].
         cell_width: f64,
         /// Particles it gives.
         particles: f64,
         /// Cells of the grid.
         cells: f64,
-        /// Memory it takes [bytes].
+        /// Memory it takes \[bytes\].
         bytes: f64,
-        /// Memory allowed [bytes].
+        /// Memory allowed \[bytes\].
         limit: f64,
-        /// The smallest cell width within the limit [m].
+        /// The smallest cell width within the limit \[m\].
         fits: f64,
     },
     /// A piece of clay too thin for the resolution.
@@ -84,7 +84,7 @@ pub enum SceneError {
         body: usize,
         /// The piece in words.
         name: String,
-        /// Cell width [m].
+        /// Cell width \[m\].
         cell_width: f64,
     },
     /// Clay beyond the walls.
@@ -100,13 +100,13 @@ pub enum SceneError {
         name: String,
         /// x, y or z.
         axis: char,
-        /// Least coordinate of the clay [m].
+        /// Least coordinate of the clay \[m\].
         low: f64,
-        /// Greatest coordinate of the clay [m].
+        /// Greatest coordinate of the clay \[m\].
         high: f64,
-        /// Low wall [m].
+        /// Low wall \[m\].
         wall_low: f64,
-        /// High wall [m].
+        /// High wall \[m\].
         wall_high: f64,
     },
 }

@@ -24,7 +24,7 @@ use super::export::{ExportFormat, ExportOptions, PARTICLES};
 use super::line::named;
 use super::stamp::FileStamp;
 use super::text::{from_ron, read_text};
-use super::track::{Rotation, ToolTrack};
+use super::track::{AxisAngle, ToolTrack};
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};
 use crate::sim::planner::InertiaScaling;
@@ -44,27 +44,27 @@ const FRAMES_MAX: f64 = 1e6;
 pub enum Body {
     /// A block.
     Box {
-        /// Edge lengths [m].
+        /// Edge lengths \[m\].
         size: DVec3,
-        /// Its middle [m].
+        /// Its middle \[m\].
         #[serde(default)]
         center: DVec3,
     },
     /// A ball.
     Sphere {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Its middle [m].
+        /// Its middle \[m\].
         #[serde(default)]
         center: DVec3,
     },
     /// A cylinder along Y.
     Cylinder {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Height [m].
+        /// Height \[m\].
         height: f64,
-        /// Its middle [m].
+        /// Its middle \[m\].
         #[serde(default)]
         center: DVec3,
     },
@@ -78,22 +78,22 @@ pub enum Body {
 pub struct MeshBody {
     /// OBJ, STL, PLY or glTF file (.glb, .gltf), from the scene file's folder.
     pub path: String,
-    /// Height along Y after turning [m]; not together with `scale`.
+    /// Height along Y after turning \[m\]; not together with `scale`.
     #[serde(default)]
     pub height: Option<f64>,
     /// Metres per unit of the file; 1 if neither this nor `height` is given.
     #[serde(default)]
     pub scale: Option<f64>,
-    /// Where the middle of its box's underside goes [m]; the world's origin if neither this nor `center` is
+    /// Where the middle of its box's underside goes \[m\]; the world's origin if neither this nor `center` is
     /// given.
     #[serde(default)]
     pub position: Option<DVec3>,
-    /// Where the middle of its box goes [m].
+    /// Where the middle of its box goes \[m\].
     #[serde(default)]
     pub center: Option<DVec3>,
     /// The turn.
     #[serde(default)]
-    pub rotation: Rotation,
+    pub rotation: AxisAngle,
 }
 
 /// Where material parameters come from.
@@ -118,9 +118,9 @@ impl Default for MaterialChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Room {
-    /// Low corner [m].
+    /// Low corner \[m\].
     pub low: DVec3,
-    /// High corner [m]; the walls there stand at or beyond it, a whole number of 4 cells from the low ones.
+    /// High corner \[m\]; the walls there stand at or beyond it, a whole number of 4 cells from the low ones.
     pub high: DVec3,
 }
 
@@ -155,22 +155,22 @@ impl Default for Outputs {
 /// A scene as its file says it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scene {
+pub struct ClayScene {
     /// Name of the file in errors.
-    #[serde(skip, default = "Scene::unnamed")]
+    #[serde(skip, default = "ClayScene::unnamed")]
     pub file: String,
     /// The clay.
     #[serde(deserialize_with = "checked_list")]
     pub clay: Vec<Body>,
-    /// Cell width dx [m].
+    /// Cell width dx \[m\].
     #[serde(deserialize_with = "cell_width")]
     pub cell_width: f64,
     /// Particles per cell, 1 to 64, made the nearest cube of a whole number: 1, 8, 27 or 64.
-    #[serde(default = "Scene::particles_per_cell_default", deserialize_with = "particles_per_cell")]
+    #[serde(default = "ClayScene::particles_per_cell_default", deserialize_with = "particles_per_cell")]
     pub particles_per_cell: u32,
     /// Greatest displacement of particles from their lattice along each axis, over the lattice spacing [-],
     /// in [0, 0.5).
-    #[serde(default = "Scene::jitter_default", deserialize_with = "jitter")]
+    #[serde(default = "ClayScene::jitter_default", deserialize_with = "jitter")]
     pub jitter: f64,
     /// Seed of all that is random.
     #[serde(default, deserialize_with = "seed")]
@@ -181,18 +181,18 @@ pub struct Scene {
     /// In place of the material's softening [-], in [0, 1).
     #[serde(default, deserialize_with = "softening")]
     pub softening: Option<f64>,
-    /// In place of the material's softening length [m].
+    /// In place of the material's softening length \[m\].
     #[serde(default)]
     pub softening_length: Option<f64>,
     /// Gravity [m/s^2].
-    #[serde(default = "Scene::gravity_default", deserialize_with = "gravity")]
+    #[serde(default = "ClayScene::gravity_default", deserialize_with = "gravity")]
     pub gravity: DVec3,
     /// The room; left out, one about the clay and the tools' ways, with its floor at the clay's lowest point.
     #[serde(default, deserialize_with = "checked_option")]
     pub domain: Option<Room>,
     /// The walls; left out, clay sticks to the floor and can leave the others. Walls left out of a list given
     /// are `Separate`.
-    #[serde(default = "Scene::walls_default")]
+    #[serde(default = "ClayScene::walls_default")]
     pub walls: Walls,
     /// The tools; the first has id 1.
     #[serde(default, deserialize_with = "checked_list")]
@@ -200,13 +200,13 @@ pub struct Scene {
     /// How far inertia may be scaled up while tools move.
     #[serde(default)]
     pub inertia: InertiaScaling,
-    /// Duration of a frame [s].
-    #[serde(default = "Scene::frame_time_default", deserialize_with = "frame_time")]
+    /// Duration of a frame \[s\].
+    #[serde(default = "ClayScene::frame_time_default", deserialize_with = "frame_time")]
     pub frame_time: f64,
-    /// Duration of the scene [s].
-    #[serde(default = "Scene::duration_default", deserialize_with = "duration")]
+    /// Duration of the scene \[s\].
+    #[serde(default = "ClayScene::duration_default", deserialize_with = "duration")]
     pub duration: f64,
-    /// Greatest time step [s]; left out, the stability limits choose it.
+    /// Greatest time step \[s\]; left out, the stability limits choose it.
     #[serde(default, deserialize_with = "time_step")]
     pub time_step: Option<f64>,
     /// What a run writes.
@@ -214,7 +214,7 @@ pub struct Scene {
     pub outputs: Outputs,
 }
 
-impl Scene {
+impl ClayScene {
     fn unnamed() -> String {
         "scene".into()
     }

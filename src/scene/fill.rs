@@ -24,7 +24,7 @@ const SAMPLES_MIN: u32 = 3;
 /// How to fill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fill {
-    /// Distance of lattice points [m].
+    /// Distance of lattice points \[m\].
     pub spacing: f64,
     /// Greatest displacement of a particle from its lattice point along each axis, over the spacing [-], in
     /// [0, 0.5).
@@ -36,7 +36,7 @@ pub struct Fill {
 /// A particle to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilledPoint {
-    /// Position [m].
+    /// Position \[m\].
     pub position: DVec3,
     /// Rest volume [m^3], positive.
     pub volume: f64,

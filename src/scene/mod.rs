@@ -1,16 +1,16 @@
 //! Scene files, mesh files in and out, clay filled from meshes.
 //!
-//! A scene is a RON file. [`Scene::load`](file::Scene::load) reads it, [`Scene::build`](file::Scene::build)
-//! makes the engine's snapshot of it and says what tools do in each frame. Data flows through the files in
-//! this order:
+//! A scene is a RON file. [`ClayScene::load`](file::ClayScene::load) reads it,
+//! [`ClayScene::build`](file::ClayScene::build) makes the engine's snapshot of it and says what tools do in
+//! each frame. Data flows through the files in this order:
 //!
 //! | file        | takes                   | makes                                                      |
 //! |-------------|-------------------------|------------------------------------------------------------|
-//! | [`line`]    | words of others         | one short line of a message                                |
+//! | [`mod@line`] | words of others         | one short line of a message                                |
 //! | `text`      | a file                  | its bytes, RON with place and field of what is wrong       |
 //! | [`stamp`]   | a path                  | what tells that the file there has changed                 |
 //! | `check`     | a value                 | the same value, or an error that names its field           |
-//! | [`file`]    | RON text                | [`Scene`](file::Scene), every value checked                |
+//! | [`mod@file`] | RON text                | [`ClayScene`](file::ClayScene), every value checked        |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
 //! | [`import`]  | OBJ, STL, PLY, glTF     | merged triangles                                           |
@@ -50,12 +50,12 @@ pub mod prelude {
     pub use super::export::{
         BodyFiles, ExportError, ExportFormat, ExportOptions, ExportReport, write_bodies, write_mesh, write_particles, write_text,
     };
-    pub use super::file::{Body, MaterialChoice, MeshBody, Outputs, Room, Scene};
+    pub use super::file::{Body, ClayScene, MaterialChoice, MeshBody, Outputs, Room};
     pub use super::fill::FillReport;
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;
     pub use super::recording::{Recorder, Recording, RecordingError};
     pub use super::resample::resample;
     pub use super::stamp::FileStamp;
-    pub use super::track::{Keyframe, Rotation, ToolTrack};
+    pub use super::track::{AxisAngle, Keyframe, ToolTrack};
 }

@@ -66,7 +66,7 @@ impl Pieces {
         Snapshot { particles: kept.collect(), forecasts: None, ..*snapshot }
     }
 
-    /// The piece of the particle nearest to `world` [m]; none where there is no clay at all.
+    /// The piece of the particle nearest to `world` \[m\]; none where there is no clay at all.
     pub fn at(&self, snapshot: &Snapshot, world: DVec3) -> Option<u32> {
         let from = snapshot.domain.to_grid(world);
         let finite = snapshot.particles.iter().zip(&self.of_particle).filter(|(p, _)| p.is_finite());
@@ -135,7 +135,7 @@ mod tests {
     use crate::sim::snapshot::Tag;
 
     /// A cube of 8 cells, cut by planes: sheet, a point of the plane [cells from the cube's middle], normal,
-    /// how deep from the top it reaches [cells].
+    /// how deep from the top it reaches \[cells\].
     fn cube(cuts: &[(u8, DVec3, DVec3, f64)]) -> Snapshot {
         let domain = Domain::new(DVec3::ZERO, DVec3::splat(0.16), 0.01, Walls::default()).expect("domain");
         let middle = DVec3::splat(8.0 + f64::from(WALL_NODE));

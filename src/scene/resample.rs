@@ -31,7 +31,7 @@ const VOTE_REACH: f64 = 1.0;
 /// Free cells kept above the clay where the room loses a part of a block.
 const HEADROOM: f64 = 2.0;
 
-/// The clay of `snapshot` on a grid of `cell_width` [m], in the same room, rounded to whole blocks at its
+/// The clay of `snapshot` on a grid of `cell_width` \[m\], in the same room, rounded to whole blocks at its
 /// high walls.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn resample(snapshot: &Snapshot, cell_width: f64) -> Result<Snapshot, Params
     resample_within(snapshot, cell_width, memory_limit())
 }
 
-/// [`resample`] with a limit of memory [bytes] of one's own.
+/// [`resample`] with a limit of memory \[bytes\] of one's own.
 ///
 /// # Errors
 /// As [`resample`].
@@ -162,7 +162,7 @@ impl<'a> Neighbours<'a> {
         Self { particles, order, cells }
     }
 
-    /// The particles within `radius` cells of the cell of `at`, and how far from it they are [cells].
+    /// The particles within `radius` cells of the cell of `at`, and how far from it they are \[cells\].
     fn around(&self, at: DVec3, radius: i32) -> impl Iterator<Item = (f64, &'a Particle)> {
         let (home, width) = (at.floor().as_ivec3() - radius, 2 * radius + 1);
         let ranges = (0..width.pow(3))
@@ -173,7 +173,7 @@ impl<'a> Neighbours<'a> {
         })
     }
 
-    /// The particle nearest to `at` [cells].
+    /// The particle nearest to `at` \[cells\].
     fn nearest(&self, at: DVec3) -> &'a Particle {
         let mut radius = 1;
         loop {
@@ -188,7 +188,7 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// A particle with the state of the clay at `at` [old cells].
+    /// A particle with the state of the clay at `at` \[old cells\].
     fn carry(&self, at: DVec3) -> Particle {
         let mut particle = *self.nearest(at);
         for tag in particle.tags.iter_mut().filter(|tag| tag.side != 0) {

@@ -9,25 +9,25 @@ use glam::DVec3;
 pub enum Solid {
     /// A block.
     Box {
-        /// Low corner [m].
+        /// Low corner \[m\].
         low: DVec3,
-        /// High corner [m].
+        /// High corner \[m\].
         high: DVec3,
     },
     /// A ball.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m\].
         center: DVec3,
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A cylinder with its axis along Y.
     Cylinder {
-        /// Centre [m].
+        /// Centre \[m\].
         center: DVec3,
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Height [m].
+        /// Height \[m\].
         height: f64,
     },
     /// The inside of a mesh.
@@ -38,7 +38,7 @@ pub enum Solid {
 /// has the same inside.
 #[derive(Clone, Debug)]
 pub struct MeshSolid {
-    /// The mesh in the world [m].
+    /// The mesh in the world \[m\].
     pub mesh: ImportedMesh,
     tree: WindingTree,
     is_closed: bool,
@@ -57,14 +57,14 @@ impl MeshSolid {
         self.orientation
     }
 
-    /// Winding number at `point` [m].
+    /// Winding number at `point` \[m\].
     pub fn winding(&self, point: DVec3) -> f64 {
         self.tree.at(point)
     }
 }
 
 impl Solid {
-    /// Low and high corner of the bounding box [m].
+    /// Low and high corner of the bounding box \[m\].
     pub fn bounds(&self) -> (DVec3, DVec3) {
         match self {
             Self::Box { low, high } => (*low, *high),
@@ -87,7 +87,7 @@ impl Solid {
         }
     }
 
-    /// Thickness [m]: the least extent, or of a mesh twice volume over area where that is less (the thickness
+    /// Thickness \[m\]: the least extent, or of a mesh twice volume over area where that is less (the thickness
     /// of a sheet).
     pub fn thickness(&self) -> f64 {
         let (low, high) = self.bounds();
@@ -98,7 +98,7 @@ impl Solid {
         }
     }
 
-    /// Whether `point` [m] is inside.
+    /// Whether `point` \[m\] is inside.
     pub fn contains(&self, point: DVec3) -> bool {
         match self {
             Self::Mesh(solid) => solid.winding(point).abs() > 0.5,
@@ -106,7 +106,7 @@ impl Solid {
         }
     }
 
-    /// Depth [m] of `point` below the surface, negative outside, its size never more than the distance to the
+    /// Depth \[m\] of `point` below the surface, negative outside, its size never more than the distance to the
     /// surface. Of a mesh, 0: unknown.
     pub fn depth(&self, point: DVec3) -> f64 {
         match self {

@@ -20,27 +20,27 @@ const AXIS_MIN: f64 = 1e-6;
 /// A turn about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Rotation {
+pub struct AxisAngle {
     /// The axis, of any length from 1e-6 on.
     pub axis: DVec3,
-    /// The angle, right-handed [degrees].
+    /// The angle, right-handed \[degrees\].
     pub degrees: f64,
 }
 
-impl Default for Rotation {
+impl Default for AxisAngle {
     fn default() -> Self {
         Self { axis: DVec3::Y, degrees: 0.0 }
     }
 }
 
-impl Rotation {
+impl AxisAngle {
     /// The rotation as a quaternion.
     pub fn quaternion(&self) -> DQuat {
         DQuat::from_axis_angle(self.axis.normalize_or(DVec3::Y), self.degrees.to_radians())
     }
 }
 
-impl Check for Rotation {
+impl Check for AxisAngle {
     fn check(&self) -> Result<(), ParamsError> {
         if self.axis.try_normalize().is_none() || self.axis.length() < AXIS_MIN {
             let reason = format!("must be finite and of a length of at least {AXIS_MIN:e}");
@@ -54,13 +54,13 @@ impl Check for Rotation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {
-    /// Time from the scene's start [s].
+    /// Time from the scene's start \[s\].
     pub time: f64,
-    /// Position of the tool's origin [m].
+    /// Position of the tool's origin \[m\].
     pub position: DVec3,
     /// Rotation from the tool's frame to the world.
     #[serde(default)]
-    pub rotation: Rotation,
+    pub rotation: AxisAngle,
 }
 
 impl Keyframe {
@@ -127,7 +127,7 @@ impl ToolTrack {
         self.whole(1).speed_max()
     }
 
-    /// The path as `id` through the frame from `start` to `end` [s], its times from `start` on; none in
+    /// The path as `id` through the frame from `start` to `end` \[s\], its times from `start` on; none in
     /// frames without the tool. Samples stand at the frame's ends and at the keyframes within, which is
     /// exact: engines interpolate as keyframes do.
     pub fn path(&self, id: u32, start: f64, end: f64) -> Option<ToolPath> {
@@ -144,7 +144,7 @@ impl ToolTrack {
         Some(ToolPath { samples, ..whole })
     }
 
-    /// Low and high corner of a box that the tool stays in at its keyframes [m].
+    /// Low and high corner of a box that the tool stays in at its keyframes \[m\].
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let half = match self.shape {
             ToolShape::Sphere { radius } => DVec3::splat(radius),
@@ -179,7 +179,7 @@ mod tests {
             .map(|&time| Keyframe {
                 time,
                 position: DVec3::X * time,
-                rotation: Rotation { axis: DVec3::Z * 3.0, degrees: 90.0 * time },
+                rotation: AxisAngle { axis: DVec3::Z * 3.0, degrees: 90.0 * time },
             })
             .collect();
         ToolTrack { name: "t".into(), shape: ToolShape::Sphere { radius: 0.1 }, contact: Contact::Stick, keyframes }

@@ -19,11 +19,11 @@ const LEAF: usize = 1;
 /// A group of triangles, seen from afar.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// Area-weighted middle [m].
+    /// Area-weighted middle \[m\].
     center: DVec3,
     /// Sum of area times normal [m^2].
     area_normal: DVec3,
-    /// Distance from the middle to the farthest corner [m].
+    /// Distance from the middle to the farthest corner \[m\].
     radius: f64,
     /// Leaf: the first triangle. Else: the second child; the first is the next node.
     first: u32,
@@ -49,7 +49,7 @@ impl WindingTree {
         Self { nodes, triangles }
     }
 
-    /// The winding number of `point` [m].
+    /// The winding number of `point` \[m\].
     pub fn at(&self, point: DVec3) -> f64 {
         // Halving splits: the tree of 2^32 triangles is 30 deep, and each level leaves one node waiting.
         let mut waiting = [0u32; 64];
@@ -76,7 +76,7 @@ impl WindingTree {
         solid_angle / (4.0 * PI)
     }
 
-    /// The winding numbers of `points` [m], shape [n, 3], on all cores.
+    /// The winding numbers of `points` \[m\], shape [n, 3], on all cores.
     pub fn at_all(&self, points: &[DVec3]) -> Vec<f64> {
         points.par_iter().map(|point| self.at(*point)).collect()
     }

@@ -63,7 +63,7 @@ pub(crate) struct LawCoefficients {
 pub(crate) struct Softening {
     /// Share s of the yield stress that clay near a tool loses [-].
     pub(crate) share: f64,
-    /// tau [cells].
+    /// tau \[cells\].
     pub(crate) length: f64,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct Working {
 }
 
 impl Coefficients {
-    /// The numbers of substeps of `dt` [s] of a plan.
+    /// The numbers of substeps of `dt` \[s\] of a plan.
     pub(crate) fn new(plan: &FramePlan, domain: &Domain, dt: f64) -> Self {
         let (material, cell_width) = (&plan.material, domain.cell_width);
         let acceleration = dt * dt / cell_width / plan.density_scale();

@@ -72,7 +72,7 @@ impl FromIterator<u8> for SheetSet {
 
 /// Unit normal of a cut at a node, from back to front: the slope of the front's share `s = m_F / (m_F + m_B)`
 /// of the tagged mass, fitted to the 27 nodes about it, each by the weight `k m_F m_B / (m_F + m_B)`, k = 1/2
-/// for every axis along which it is off. `nodes` gives each one's offset [cells] and both masses. None where
+/// for every axis along which it is off. `nodes` gives each one's offset \[cells\] and both masses. None where
 /// the share is the same everywhere.
 ///
 /// Central differences of the share, which is no linear function of the distance, turn the normal of a plane

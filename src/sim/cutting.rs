@@ -21,7 +21,7 @@ pub enum CuttingMethod {
     /// of the nearest of them, and a particle takes the side that most of its nodes have
     /// (`sign(sum w T |d|)`), which it keeps while it is near. Ghost velocities as under [`Self::Published`].
     RigidParticles,
-    /// The interactive particles of Deng et al., the paper's comparison [7]: every tool, blade or solid, is
+    /// The interactive particles of Deng et al., the paper's comparison \[7\]: every tool, blade or solid, is
     /// sampled by particles of the clay's density, whose way is given. They take part in the transfer to the
     /// nodes as clay without stress, so that clay sticks to them: `v = (p + P_tool) / (m + M_tool)`.
     InteractiveParticles,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct FramePlan {
     /// Names the frame in its report.
     pub id: u64,
-    /// Substep [s].
+    /// Substep \[s\].
     pub dt: f64,
     /// Number of substeps; the frame lasts `dt * steps`.
     pub steps: u32,
@@ -72,7 +72,8 @@ impl Default for Integrator {
 pub struct FrameOutputs {
     /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
     pub surface: bool,
-    /// The whole state, 116 bytes a particle, for [`Engine::state`](super::engine::Engine::state).
+    /// The whole state, 116 bytes a particle, for
+    /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
 }
 
@@ -95,7 +96,7 @@ impl Default for FrameOutputs {
 pub const AVERAGING_INTERVAL: u32 = 8;
 
 impl FramePlan {
-    /// A frame of `steps` substeps of `dt` [s] of clay made of `material`, explicit with its own inertia: no
+    /// A frame of `steps` substeps of `dt` \[s\] of clay made of `material`, explicit with its own inertia: no
     /// tools, no gravity, no averaging.
     pub fn new(material: ClayMaterial, dt: f64, steps: u32) -> Self {
         Self {
@@ -113,7 +114,7 @@ impl FramePlan {
         }
     }
 
-    /// Duration of the frame [s].
+    /// Duration of the frame \[s\].
     pub fn duration(&self) -> f64 {
         self.dt * f64::from(self.steps)
     }
@@ -221,13 +222,13 @@ impl FramePlan {
 pub struct ToolReport {
     /// The path's id.
     pub id: u32,
-    /// Impulse of the clay on the tool [N s].
+    /// Impulse of the clay on the tool \[N s\].
     pub impulse: DVec3,
-    /// Angular impulse of the clay on the tool about its origin [N m s].
+    /// Angular impulse of the clay on the tool about its origin \[N m s\].
     pub angular_impulse: DVec3,
-    /// Mean force on the tool over the frame [N].
+    /// Mean force on the tool over the frame \[N\].
     pub force: DVec3,
-    /// Mean torque on the tool about its origin [N m].
+    /// Mean torque on the tool about its origin \[N m\].
     pub torque: DVec3,
     /// Node contacts, summed over the substeps.
     pub contacts: u64,
@@ -239,11 +240,11 @@ pub struct ToolReport {
     pub displaced: u64,
     /// Particles found on the wrong side of the blade and put back on its surface, summed over the substeps.
     pub pushed_back: u64,
-    /// Greatest depth of such a particle behind the blade [cells].
+    /// Greatest depth of such a particle behind the blade \[cells\].
     pub depth_max: f64,
 }
 
-/// Energies at the end of a frame [J]; kinetic with the inertial density.
+/// Energies at the end of a frame \[J\]; kinetic with the inertial density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Kinetic, with the affine part.
@@ -252,7 +253,7 @@ pub struct Energies {
     pub elastic: f64,
 }
 
-/// Wall-clock time [s] per part of the frame.
+/// Wall-clock time \[s\] per part of the frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
     /// The whole frame.
@@ -276,21 +277,21 @@ pub struct FrameReport {
     pub health: Health,
     /// How often the frame was redone with half the time step.
     pub redone: u32,
-    /// Substep used [s].
+    /// Substep used \[s\].
     pub dt: f64,
     /// Substeps run.
     pub steps: u32,
     /// Inertial density over the material's density, as planned.
     pub density_scale: f64,
-    /// Simulated time at the frame's end [s].
+    /// Simulated time at the frame's end \[s\].
     pub time: f64,
     /// Particles in motion.
     pub particle_count: usize,
     /// Ids of particles that are not finite, frozen out when loaded.
     pub quarantined: Vec<u32>,
-    /// Sum of inertial particle masses [kg].
+    /// Sum of inertial particle masses \[kg\].
     pub particle_mass: f64,
-    /// Sum of node masses at the last substep [kg].
+    /// Sum of node masses at the last substep \[kg\].
     pub grid_mass: f64,
     /// Momentum of the clay when the frame started [kg m/s].
     pub momentum_before: DVec3,
@@ -298,13 +299,13 @@ pub struct FrameReport {
     pub momentum: DVec3,
     /// Angular momentum about the world's origin at the end, with the affine part [kg m^2/s].
     pub angular_momentum: DVec3,
-    /// Impulse of gravity on the clay [N s].
+    /// Impulse of gravity on the clay \[N s\].
     pub gravity_impulse: DVec3,
-    /// Impulse of the walls on the clay [N s].
+    /// Impulse of the walls on the clay \[N s\].
     pub wall_impulse: DVec3,
-    /// Impulse taken by validation damping [N s].
+    /// Impulse taken by validation damping \[N s\].
     pub damping_impulse: DVec3,
-    /// Sum over substeps and nodes of |wall impulse| + |tool impulse| [N s].
+    /// Sum over substeps and nodes of |wall impulse| + |tool impulse| \[N s\].
     pub impulse_scale: f64,
     /// Sum of m |v| at the end [kg m/s].
     pub momentum_scale: f64,
@@ -314,7 +315,7 @@ pub struct FrameReport {
     pub volume_ratio: (f64, f64),
     /// Sum of V_p J_p [m^3].
     pub volume: f64,
-    /// Greatest node speed [cells per substep].
+    /// Greatest node speed \[cells per substep\].
     pub speed_max: f64,
     /// Particles whose strain was clamped.
     pub clamped: u64,
@@ -339,7 +340,7 @@ impl FrameReport {
         Self { plan_id: plan.id, dt: plan.dt, density_scale: plan.density_scale(), ..Self::default() }
     }
 
-    /// Simulated time that the frame covered [s].
+    /// Simulated time that the frame covered \[s\].
     pub fn duration(&self) -> f64 {
         self.dt * f64::from(self.steps)
     }
@@ -350,7 +351,7 @@ impl FrameReport {
         self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO
     }
 
-    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` [m]; 0 for a frame that did
+    /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` \[m\]; 0 for a frame that did
     /// not run.
     pub fn speed(&self, cell_width: f64) -> f64 {
         if self.dt > 0.0 { self.speed_max * cell_width / self.dt } else { 0.0 }
@@ -384,7 +385,7 @@ impl FrameReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceParticle {
-    /// Position in grid coordinates [cells].
+    /// Position in grid coordinates \[cells\].
     pub position: [f32; 3],
     /// Volume ratio J [-].
     pub volume_ratio: f32,

@@ -1,6 +1,6 @@
 //! Limits that every engine keeps, the shaders too.
 
-/// Greatest node travel in one substep [cells]: beyond half a cell a particle could leave the nodes that wait
+/// Greatest node travel in one substep \[cells\]: beyond half a cell a particle could leave the nodes that wait
 /// for it. A frame that meets it is redone with half the step.
 pub const TRAVEL_LIMIT: f32 = 0.49;
 /// How often a frame is halved before it is given up: a 16th of the step reaches speeds the plan cannot have

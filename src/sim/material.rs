@@ -5,12 +5,12 @@ use super::params::{Bounds, LENGTH, ParamsError};
 use super::variants::variants;
 use serde::{Deserialize, Serialize};
 
-/// Distance from a tool [cells] within which Eq. 5 takes clay for near.
+/// Distance from a tool \[cells\] within which Eq. 5 takes clay for near.
 pub const SOFTENING_REACH: f64 = 3.0;
 
 /// sqrt(2/3) [-]: |deviator| over equivalent stress, plastic strain over what flow shortens the deviator by.
 pub(crate) const SQRT_2_3: f64 = 0.816_496_580_927_726;
-/// The softening length tau of Eq. 5 where none is given [cells]: the paper names none.
+/// The softening length tau of Eq. 5 where none is given \[cells\]: the paper names none.
 pub const SOFTENING_LENGTH: f64 = 3.0;
 
 /// The material parameters of clay. All SI.
@@ -19,19 +19,19 @@ pub const SOFTENING_LENGTH: f64 = 3.0;
 pub struct ClayMaterial {
     /// Density rho [kg/m^3].
     pub density: f64,
-    /// Young's modulus E [Pa].
+    /// Young's modulus E \[Pa\].
     pub young_modulus: f64,
     /// Poisson's ratio nu [-], -0.99 to 0.4999.
     pub poisson_ratio: f64,
-    /// Yield stress sY in uniaxial tension [Pa]; infinite for purely elastic clay.
+    /// Yield stress sY in uniaxial tension \[Pa\]; infinite for purely elastic clay.
     pub yield_stress: f64,
     /// Softening s [-] in [0, 1): yield stress near the tool is sY (1 - s). 0 is uniform clay.
     #[serde(default)]
     pub softening: f64,
-    /// Softening length tau [m] of Eq. 5; 0 stands for [`SOFTENING_LENGTH`].
+    /// Softening length tau \[m\] of Eq. 5; 0 stands for [`SOFTENING_LENGTH`].
     #[serde(default)]
     pub softening_length: f64,
-    /// Hardening modulus H [Pa]: what the yield stress gains per plastic strain.
+    /// Hardening modulus H \[Pa\]: what the yield stress gains per plastic strain.
     #[serde(default)]
     pub hardening_modulus: f64,
     /// Consistency eta [Pa s^n] of Herschel-Bulkley flow: beyond yield the stress is
@@ -67,7 +67,7 @@ variants! {
 }
 
 impl Weld {
-    /// The compressive stress across the cut [k] and the time [s] that it takes.
+    /// The compressive stress across the cut \[k\] and the time \[s\] that it takes.
     pub(crate) fn rule(self) -> Option<(f64, f64)> {
         match self {
             Self::Pressed => Some((0.5, 0.3)),
@@ -93,7 +93,7 @@ pub enum ClayLaw {
         loss: f64,
         /// How fast working softens [1 per plastic strain].
         rate: f64,
-        /// Time in which rest brings back all but 1/e of what was lost [s]; infinite for never.
+        /// Time in which rest brings back all but 1/e of what was lost \[s\]; infinite for never.
         rest_time: f64,
     },
     /// Eq. 4-5 to the letter: no yield, the *stress* multiplied by zeta. Far clay loses its stress and energy
@@ -258,17 +258,17 @@ impl Default for ClayMaterial {
 }
 
 impl ClayMaterial {
-    /// Shear modulus mu [Pa].
+    /// Shear modulus mu \[Pa\].
     pub fn lame_mu(&self) -> f64 {
         self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
     }
 
-    /// First Lame parameter lambda [Pa].
+    /// First Lame parameter lambda \[Pa\].
     pub fn lame_lambda(&self) -> f64 {
         self.young_modulus * self.poisson_ratio / ((1.0 + self.poisson_ratio) * (1.0 - 2.0 * self.poisson_ratio))
     }
 
-    /// Bulk modulus K [Pa].
+    /// Bulk modulus K \[Pa\].
     pub fn bulk_modulus(&self) -> f64 {
         self.young_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
     }
@@ -278,31 +278,31 @@ impl ClayMaterial {
         ((self.lame_lambda() + 2.0 * self.lame_mu()) / density).sqrt()
     }
 
-    /// Shear strength k = sY / sqrt 3 [Pa].
+    /// Shear strength k = sY / sqrt 3 \[Pa\].
     pub fn shear_strength(&self) -> f64 {
         self.yield_stress / 3f64.sqrt()
     }
 
-    /// Largest stable time step [s] of an isolated particle, the stiffest case of explicit MLS-MPM with
+    /// Largest stable time step \[s\] of an isolated particle, the stiffest case of explicit MLS-MPM with
     /// quadratic splines: `dx sqrt(rho / (3 K))`. From `C' = C - 4 dt tau / (rho dx^2)`; a test bisects for
     /// it.
     pub fn time_step_limit(&self, cell_width: f64, density: f64) -> f64 {
         cell_width * (density / (3.0 * self.bulk_modulus())).sqrt()
     }
 
-    /// Softening length tau [m] with 0 read as [`SOFTENING_LENGTH`].
+    /// Softening length tau \[m\] with 0 read as [`SOFTENING_LENGTH`].
     pub fn softening_length_or_default(&self, cell_width: f64) -> f64 {
         if self.softening_length > 0.0 { self.softening_length } else { SOFTENING_LENGTH * cell_width }
     }
 
-    /// zeta [-] of Eq. 5 at `distance` [m] from the nearest tool, read so that clay within
+    /// zeta [-] of Eq. 5 at `distance` \[m\] from the nearest tool, read so that clay within
     /// [`SOFTENING_REACH`] is near, d = 0 too.
     pub fn softening_zeta(&self, distance: f64, cell_width: f64) -> f64 {
         let beyond = distance.abs() - SOFTENING_REACH * cell_width;
         if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
     }
 
-    /// Yield stress [Pa] of fresh clay at `distance` [m] from the nearest tool: `sY (1 - s zeta)`; infinite
+    /// Yield stress \[Pa\] of fresh clay at `distance` \[m\] from the nearest tool: `sY (1 - s zeta)`; infinite
     /// under the laws as published.
     pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
         if self.law.is_as_published() {
@@ -311,7 +311,7 @@ impl ClayMaterial {
         self.yield_stress * (1.0 - self.softening * self.softening_zeta(distance, cell_width))
     }
 
-    /// Present yield stress [Pa] at `distance` [m] from the nearest tool of clay that was worked to D =
+    /// Present yield stress \[Pa\] at `distance` \[m\] from the nearest tool of clay that was worked to D =
     /// `structure` [-] and has the plastic strain `hardening` [-]:
     /// `sY (1 - s zeta) (1 - loss D) + H hardening`.
     pub fn flow_stress_at(&self, distance: f64, cell_width: f64, structure: f64, hardening: f64) -> f64 {
@@ -322,7 +322,7 @@ impl ClayMaterial {
         self.yield_stress_at(distance, cell_width) * (1.0 - lost) + self.hardening_modulus * hardening
     }
 
-    /// The working D [-] after a substep of `dt` [s] with `plastic_strain` [-], from `structure` [-] before:
+    /// The working D [-] after a substep of `dt` \[s\] with `plastic_strain` [-], from `structure` [-] before:
     /// exact for a constant rate in turn with rest, `1 - D *= exp(-rate a)`, then
     /// `D *= exp(-dt / rest_time)`. Clay of other laws keeps what it has.
     pub fn structure_after(&self, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
@@ -334,7 +334,7 @@ impl ClayMaterial {
         }
     }
 
-    /// What multiplies the stress [-] at `distance` [m] from the nearest tool: 1 but for the laws as
+    /// What multiplies the stress [-] at `distance` \[m\] from the nearest tool: 1 but for the laws as
     /// published, where it is zeta of Eq. 5 to the letter.
     pub fn stress_factor_at(&self, distance: f64, cell_width: f64) -> f64 {
         let (reach, length) = (SOFTENING_REACH * cell_width, self.softening_length_or_default(cell_width));

@@ -3,8 +3,8 @@
 //!
 //! | bytes | what                                              |
 //! |-------|---------------------------------------------------|
-//! | 4     | length of the head [bytes]                        |
-//! | 8     | length of the body [bytes]                        |
+//! | 4     | length of the head \[bytes\]                        |
+//! | 8     | length of the body \[bytes\]                        |
 //! | 4     | CRC-32 of head and body                           |
 //! | 4     | CRC-32 of the 16 bytes before: lengths can be trusted |
 //! | ...   | head, body                                        |

@@ -16,7 +16,7 @@ pub const BLOCK: i32 = 4;
 pub const WALL_NODE: i32 = BLOCK + 1;
 /// Cells the grid has beyond the clay's room: `WALL_NODE` below and the rest of two blocks above.
 pub const PADDING: i32 = 3 * BLOCK;
-/// The largest grid edge [cells]; the block table of a 1024^3 grid takes 64 MiB.
+/// The largest grid edge \[cells\]; the block table of a 1024^3 grid takes 64 MiB.
 pub const CELLS_MAX: i32 = 1024;
 
 /// Least share of a column's mass at its outer node [-] for a separating wall to touch the clay. Not 0: sums
@@ -55,9 +55,9 @@ pub struct Walls {
 /// The room of the clay: a grid of cubic cells between six walls.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Domain {
-    /// World position of grid coordinate 0 [m].
+    /// World position of grid coordinate 0 \[m\].
     pub origin: DVec3,
-    /// Cell width dx [m].
+    /// Cell width dx \[m\].
     pub cell_width: f64,
     /// Cells between the walls along each axis, a multiple of [`BLOCK`].
     pub cells: IVec3,
@@ -176,7 +176,7 @@ pub const GRAVITY: Bounds = Bounds::new(0.0, 1e5, " m/s^2", "must be finite", "t
 pub const SPEED: Bounds = Bounds::new(0.0, 1e4, " m/s", "must be a speed", "twice that of sound in steel");
 
 impl Domain {
-    /// The domain that holds the box `low`..`high` [m]; its walls stand at `low` and at `low` + whole blocks
+    /// The domain that holds the box `low`..`high` \[m\]; its walls stand at `low` and at `low` + whole blocks
     /// of cells, at or beyond `high`.
     ///
     /// # Errors
@@ -221,18 +221,18 @@ impl Domain {
         (IVec3::splat(WALL_NODE), self.cells + WALL_NODE)
     }
 
-    /// World positions of the low and high corners of the room [m].
+    /// World positions of the low and high corners of the room \[m\].
     pub fn corners(&self) -> (DVec3, DVec3) {
         let (low, high) = self.wall_nodes();
         (self.to_world(low.as_dvec3()), self.to_world(high.as_dvec3()))
     }
 
-    /// World position [m] -> grid coordinate [cells].
+    /// World position \[m\] -> grid coordinate \[cells\].
     pub fn to_grid(&self, world: DVec3) -> DVec3 {
         (world - self.origin) / self.cell_width
     }
 
-    /// Grid coordinate [cells] -> world position [m].
+    /// Grid coordinate \[cells\] -> world position \[m\].
     pub fn to_world(&self, grid: DVec3) -> DVec3 {
         self.origin + self.cell_width * grid
     }

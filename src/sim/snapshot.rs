@@ -31,7 +31,7 @@ impl Tag {
 pub struct Particle {
     /// Cell index.
     pub cell: [i32; 3],
-    /// Offset from the cell's low corner [cells], in [0, 1): f32 in absolute coordinates stalls slow creep.
+    /// Offset from the cell's low corner \[cells\], in [0, 1): f32 in absolute coordinates stalls slow creep.
     pub offset: [f32; 3],
     /// Velocity [m/s].
     pub velocity: [f32; 3],
@@ -52,19 +52,19 @@ pub struct Particle {
 }
 
 impl Particle {
-    /// A particle at rest at grid coordinate `grid` [cells].
+    /// A particle at rest at grid coordinate `grid` \[cells\].
     pub fn at(grid: DVec3, rest_volume: f32, id: u32) -> Self {
         let mut particle = Self { rest_volume, id, ..Self::default() };
         particle.set_grid(grid);
         particle
     }
 
-    /// Grid coordinate [cells].
+    /// Grid coordinate \[cells\].
     pub fn grid(&self) -> DVec3 {
         IVec3::from_array(self.cell).as_dvec3() + DVec3::from_array(self.offset.map(f64::from))
     }
 
-    /// Puts the particle at grid coordinate `grid` [cells].
+    /// Puts the particle at grid coordinate `grid` \[cells\].
     pub fn set_grid(&mut self, grid: DVec3) {
         let cell = grid.floor();
         self.cell = cell.as_ivec3().to_array();
@@ -114,7 +114,7 @@ pub struct Snapshot {
     pub domain: Domain,
     /// What it is made of.
     pub material: ClayMaterial,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// What the GPU engine that saved it counts on in the next frame and in the one after it: a run that is
     /// restarted with them has the same bits as one that went on. Without them it bounds the same by the
@@ -201,7 +201,7 @@ impl Snapshot {
     }
 }
 
-/// Room for a head [bytes], about: a vector that has too little grows.
+/// Room for a head \[bytes\], about: a vector that has too little grows.
 const HEAD_ABOUT: usize = 1024;
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ pub struct TracedNode {
     pub node: IVec3,
     /// On which sides of which cuts.
     pub key: CutKey,
-    /// Mass [kg] that `p2g` brought.
+    /// Mass \[kg\] that `p2g` brought.
     pub mass: f64,
     /// Momentum [kg m/s] that `p2g` brought.
     pub momentum: DVec3,

@@ -35,7 +35,7 @@ impl Validation {
         inputs.into_iter().find_map(|(is_used, name)| is_used.then_some(name))
     }
 
-    /// A tool's shape at `time` [s] of the frame, and the speed [m/s] of its surface along the outward
+    /// A tool's shape at `time` \[s\] of the frame, and the speed [m/s] of its surface along the outward
     /// normal: those of a growing ball.
     pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
         shape.grown_ball(self.sphere_growth * time).map_or((shape, 0.0), |ball| (ball, self.sphere_growth))
@@ -47,14 +47,14 @@ impl Validation {
 pub struct AffineDrive {
     /// Velocity gradient [1/s].
     pub gradient: DMat3,
-    /// Where the velocity is 0 [m].
+    /// Where the velocity is 0 \[m\].
     pub about: DVec3,
-    /// Corners of the box inside which nodes are free [m]; an empty box drives every node.
+    /// Corners of the box inside which nodes are free \[m\]; an empty box drives every node.
     pub free: [DVec3; 2],
 }
 
 impl AffineDrive {
-    /// The velocity [m/s] forced on a node at `x` [m], if it is driven.
+    /// The velocity [m/s] forced on a node at `x` \[m\], if it is driven.
     pub fn velocity_at(&self, x: DVec3) -> Option<DVec3> {
         let is_free = x.cmpgt(self.free[0]).all() && x.cmplt(self.free[1]).all();
         (!is_free).then(|| self.gradient * (x - self.about))
@@ -69,13 +69,13 @@ impl AffineDrive {
 pub struct Manufactured {
     /// Amplitudes A over L of the axes [-], below 1 / pi.
     pub amplitudes: DVec3,
-    /// Edge L of the box [m].
+    /// Edge L of the box \[m\].
     pub length: f64,
-    /// Its low corner [m].
+    /// Its low corner \[m\].
     pub low: DVec3,
-    /// Phases phi of the axes [rad].
+    /// Phases phi of the axes \[rad\].
     pub phases: DVec3,
-    /// Time t at the frame's start [s].
+    /// Time t at the frame's start \[s\].
     pub time: f64,
 }
 
@@ -85,7 +85,7 @@ impl Manufactured {
         PI * material.wave_speed(material.density) / self.length
     }
 
-    /// Displacement u [m] and velocity [m/s] at time `t` [s] of the clay that rests at `rest` [m] from the
+    /// Displacement u \[m\] and velocity [m/s] at time `t` \[s\] of the clay that rests at `rest` \[m\] from the
     /// low corner.
     pub fn motion(&self, material: &ClayMaterial, rest: DVec3, t: f64) -> (DVec3, DVec3) {
         let omega = self.frequency(material);
@@ -100,7 +100,7 @@ impl Manufactured {
         DVec3::ONE + PI * self.amplitudes * (rest * (PI / self.length)).map(f64::cos) * phase.map(f64::sin)
     }
 
-    /// Where the clay at `x` [m] of time `t` [s] rests, from the low corner [m].
+    /// Where the clay at `x` \[m\] of time `t` \[s\] rests, from the low corner \[m\].
     pub fn rest_place(&self, material: &ClayMaterial, x: DVec3, t: f64) -> DVec3 {
         let place = x - self.low;
         let mut rest = place;
@@ -116,7 +116,7 @@ impl Manufactured {
         rest
     }
 
-    /// Body acceleration [m/s^2] at `x` [m] and time `t` [s]: `b = u'' - Div P / rho` with
+    /// Body acceleration [m/s^2] at `x` \[m\] and time `t` \[s\]: `b = u'' - Div P / rho` with
     /// `P_ii = tau_i / l_i`.
     pub fn acceleration(&self, material: &ClayMaterial, x: DVec3, t: f64) -> DVec3 {
         let rest = self.rest_place(material, x, t);

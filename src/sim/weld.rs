@@ -9,14 +9,14 @@ pub(crate) const WELD_PARTS: f64 = 100.0;
 /// When the two sides of a cut grow together in a frame: [`Weld`](super::material::Weld) in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WeldRule {
-    /// Compressive stress across the cut [Pa].
+    /// Compressive stress across the cut \[Pa\].
     pub(crate) stress: f64,
     /// What a frame adds to the count of a pressed tag.
     pub(crate) step: u8,
 }
 
 impl WeldRule {
-    /// The rule of a plan whose frame starts at the clay's time `start` [s]; none if nothing grows together.
+    /// The rule of a plan whose frame starts at the clay's time `start` \[s\]; none if nothing grows together.
     /// The step is the number of whole parts of the time that pass in the frame, which may be none, so that
     /// growing together takes as long whatever the frames' length.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of a tag's count")]

@@ -6,9 +6,9 @@ use glam::Vec3;
 /// A ball that stands for one particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grain {
-    /// Centre [m].
+    /// Centre \[m\].
     pub position: [f32; 3],
-    /// Radius of a ball [m] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the
+    /// Radius of a ball \[m\] of the volume that the surface does not show: (3 V / 4 pi)^(1/3) with V the
     /// particle's present volume times 1 - 2 f / threshold at its place. So grains that the surface takes in
     /// shrink to nothing as it comes.
     pub radius: f32,

@@ -331,7 +331,7 @@ impl<const NODES: usize> CellTile<NODES> {
         Self::slope_of(node, value)
     }
 
-    /// Position of a tile node relative to the first cell [nodes].
+    /// Position of a tile node relative to the first cell \[nodes\].
     pub(crate) fn node_offset(node: usize) -> IVec3 {
         IVec3::new((node % NODES) as i32, (node / NODES % NODES) as i32, (node / (NODES * NODES)) as i32) + FIRST
     }
@@ -367,7 +367,7 @@ impl<const NODES: usize> CellTile<NODES> {
     }
 }
 
-/// World position of a point of an edge [m].
+/// World position of a point of an edge \[m\].
 pub(crate) fn position(field: &Field, node: IVec3, axis: usize, t: f64) -> [f32; 3] {
     let mut at = node.as_dvec3();
     at[axis] += t;

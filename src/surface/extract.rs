@@ -52,7 +52,7 @@ pub fn extract_by(field: &Field, iso: f32, rules: &Rules, normals: bool) -> Mesh
 /// The surface in one block.
 #[derive(Default)]
 struct BlockMesh {
-    /// Vertex positions [m].
+    /// Vertex positions \[m\].
     positions: Vec<[f32; 3]>,
     /// Outward unit normals, if asked for.
     normals: Vec<[f32; 3]>,

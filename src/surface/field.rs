@@ -72,7 +72,7 @@ impl SurfaceSettings {
 pub(crate) struct Lattice {
     /// Nodes per cell, of the lattice and the grid.
     pub(crate) scale: f32,
-    /// Place of visual node 0 on the lattice, less 0 [nodes].
+    /// Place of visual node 0 on the lattice, less 0 \[nodes\].
     pub(crate) shift: f32,
     pub(crate) filter: Filter,
 }
@@ -113,7 +113,7 @@ pub(crate) const BULK_DENSITY: f32 = 0.95;
 /// Least density: a particle alone in its cells has 0.02 at 8 particles per cell.
 pub(crate) const DENSITY_MIN: f32 = 0.02;
 
-/// Farther from node 0 than any node [node spacings].
+/// Farther from node 0 than any node \[node spacings\].
 const FAR: f64 = 1e9;
 
 /// Change of a value, in those of the inside, that is not seen: the surface of clay at rest stays as it is,
@@ -128,9 +128,9 @@ pub struct Field {
     pub(crate) total: NodeValues,
     /// The cuts with clay on both sides, by sheet number.
     pub(crate) sheets: Vec<SheetField>,
-    /// World position of node 0 [m].
+    /// World position of node 0 \[m\].
     pub(crate) origin: DVec3,
-    /// Distance of nodes [m].
+    /// Distance of nodes \[m\].
     pub(crate) spacing: f64,
 }
 
@@ -161,7 +161,7 @@ impl Field {
     }
 
     /// The fields without small clusters, and the particles that the surface does not show then, each with
-    /// how far f is below [`GRAIN_FIELD`] there [of that].
+    /// how far f is below [`GRAIN_FIELD`] there \[of that\].
     pub(crate) fn without_grains(source: &SurfaceSource, settings: &SurfaceSettings) -> (Self, Vec<(u32, f32)>) {
         Self::new(source, settings, true)
     }
@@ -308,7 +308,7 @@ impl Field {
         Self { total: fill(total), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
-    /// Low and high corner [m] of the box of the nodes where f is above `threshold`, and a node more on every
+    /// Low and high corner \[m\] of the box of the nodes where f is above `threshold`, and a node more on every
     /// side: the surface is within. `None` of a field without clay.
     pub fn bounds(&self, threshold: f32) -> Option<(DVec3, DVec3)> {
         let of_block = |(slot, block): (usize, &IVec3)| {
@@ -363,7 +363,7 @@ fn densities(volumes: &[f32], points: Vec<Vec3>) -> Vec<f32> {
     bins.gather(&bins.scatter(&bins.whole(), volumes))
 }
 
-/// Present volume [cells] times the density weight, per particle.
+/// Present volume \[cells\] times the density weight, per particle.
 fn weights(volumes: Vec<f32>, densities: &[f32], exponent: f32) -> Vec<f32> {
     let weight = |(volume, rho): (f32, &f32)| {
         let excess = SURFACE_DENSITY / rho.max(DENSITY_MIN);

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 /// An indexed triangle mesh; triangles are counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Vertex positions [m], shape `[n, 3]`.
+    /// Vertex positions \[m\], shape `[n, 3]`.
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, shape `[m, 3]`.
     pub triangles: Vec<[u32; 3]>,
@@ -19,7 +19,7 @@ impl Mesh {
         Self { positions, triangles, normals: None }
     }
 
-    /// The three corners of a triangle [m].
+    /// The three corners of a triangle \[m\].
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| Vec3::from_array(self.positions[v as usize]).as_dvec3())
     }
@@ -50,7 +50,7 @@ impl Mesh {
         (b - a).cross(c - a) / 2.0
     }
 
-    /// Low and high corner of the vertices [m]; `None` of a mesh without vertices.
+    /// Low and high corner of the vertices \[m\]; `None` of a mesh without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut points = self.positions.iter().map(|&p| Vec3::from_array(p).as_dvec3());
         let first = points.next()?;

@@ -20,11 +20,11 @@ use glam::{DVec3, IVec3, Vec3};
 /// Where a ray meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// The place [m].
+    /// The place \[m\].
     pub point: DVec3,
     /// The surface's smooth unit normal, outwards.
     pub normal: Vec3,
-    /// From the ray's origin [m].
+    /// From the ray's origin \[m\].
     pub distance: f64,
 }
 
@@ -34,7 +34,7 @@ const EDGE_MARGIN: f64 = 1e-9;
 /// Least area of a triangle across the ray, twice [node spacings^2]: below it the triangle is seen edge-on.
 const AREA_MIN: f64 = 1e-12;
 
-/// The first place where the ray from `origin` [m] along `direction` (of any length) meets the surface from
+/// The first place where the ray from `origin` \[m\] along `direction` (of any length) meets the surface from
 /// outside; from within the clay that is where it comes back in. None for a direction that is zero or not
 /// finite.
 pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direction: DVec3) -> Option<RayHit> {
@@ -70,7 +70,7 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
     None
 }
 
-/// A ray [node spacings]; `way` is a unit vector.
+/// A ray \[node spacings\]; `way` is a unit vector.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     start: DVec3,
@@ -78,7 +78,7 @@ struct Line {
 }
 
 impl Line {
-    /// The nearest triangle of a cell that is seen from its front: distance [node spacings] and normal.
+    /// The nearest triangle of a cell that is seen from its front: distance \[node spacings\] and normal.
     fn first_front(&self, tile: &OneCellTile, cell: IVec3) -> Option<(f64, Vec3)> {
         let low = OneCellTile::cells().next()?;
         let mut nearest: Option<([EdgeEnd; 3], Crossing)> = None;
@@ -121,7 +121,7 @@ impl Line {
 
 /// Where a line meets a triangle.
 struct Crossing {
-    /// From the line's start [node spacings].
+    /// From the line's start \[node spacings\].
     distance: f64,
     /// How much each corner counts there.
     shares: [f64; 3],
@@ -129,11 +129,11 @@ struct Crossing {
     flat: DVec3,
 }
 
-/// The cubes that a line passes, each with the distance [node spacings] at which it comes in.
+/// The cubes that a line passes, each with the distance \[node spacings\] at which it comes in.
 #[derive(Debug)]
 struct Walk {
     line: Line,
-    /// Edge of a cube [node spacings].
+    /// Edge of a cube \[node spacings\].
     width: i32,
     /// The first cube, and the one behind the last.
     bounds: (IVec3, IVec3),

@@ -40,7 +40,7 @@ const CRUMB_WEDGED_MIN: f64 = 0.3;
 /// Distance by which coincident lips are parted, over the mesh's diagonal: 1 um in 100 mm, 100 times the
 /// rounding of f32.
 const LIP_GAP: f64 = 1e-5;
-/// Two triangles at an edge closer than this [rad] lie on each other: the slit of a cut, with clay all
+/// Two triangles at an edge closer than this \[rad\] lie on each other: the slit of a cut, with clay all
 /// around.
 const SLIT_ANGLE: f64 = 1e-6;
 

@@ -4,7 +4,7 @@ use crate::plugin::clay::ClayReport;
 use bevy::prelude::*;
 use std::collections::VecDeque;
 
-/// How long is remembered [s].
+/// How long is remembered \[s\].
 pub const SPAN: f64 = 10.0;
 /// Most samples that are remembered: the rate of a fast engine over the span.
 const SAMPLES_MAX: usize = 2400;
@@ -12,11 +12,11 @@ const SAMPLES_MAX: usize = 2400;
 /// One frame of the clay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Wall clock of the app [s].
+    /// Wall clock of the app \[s\].
     pub time: f64,
-    /// Greatest force on a tool [N].
+    /// Greatest force on a tool \[N\].
     pub force: f64,
-    /// Wall time of the frame [ms].
+    /// Wall time of the frame \[ms\].
     pub frame_ms: f64,
 }
 

@@ -42,7 +42,7 @@ impl Row {
         Self { is_logarithmic: true, ..Self::linear(name, hover, unit, range, decimals) }
     }
 
-    /// Name and slider in two cells of a grid. `value` [SI] changes only by the user's hand, and only to
+    /// Name and slider in two cells of a grid. `value` \[SI\] changes only by the user's hand, and only to
     /// numbers of the range.
     pub(super) fn show(&self, ui: &mut egui::Ui, value: &mut f64) -> egui::Response {
         ui.label(self.name).on_hover_text(self.hover);

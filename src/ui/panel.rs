@@ -2,7 +2,7 @@
 
 use super::material::{self, Row};
 use super::request::{BodyFiles, ClayNotice, ClayRequest, ExportFormat};
-use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality, SurfaceMaker};
+use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality, SurfaceBackend};
 use crate::sim::material::ClayMaterial;
 use crate::sim::planner::InertiaScaling;
 use bevy::prelude::*;
@@ -13,7 +13,7 @@ use bevy_egui::{EguiContexts, egui};
 pub(super) struct PanelState {
     /// The piece of clay that is shown, if there are several.
     selected: Option<Entity>,
-    /// Cell width [m] while it is being chosen.
+    /// Cell width \[m\] while it is being chosen.
     cell_width: Option<f64>,
     format: ExportFormat,
     /// Whether each piece is exported into a file of its own.
@@ -120,7 +120,7 @@ fn choices(ui: &mut egui::Ui, settings: &mut ClaySettings) {
     let surfaces = [(MeshQuality::Off, "none"), (MeshQuality::Coarse, "coarse"), (MeshQuality::Fine, "fine")];
     let hover = "The surface that is drawn: coarse has a quarter of the triangles of fine.";
     choice(ui, "surface", hover, &mut settings.mesh, &surfaces);
-    let makers = [(SurfaceMaker::Auto, "best there is"), (SurfaceMaker::Cpu, "CPU"), (SurfaceMaker::Gpu, "GPU")];
+    let makers = [(SurfaceBackend::Auto, "best there is"), (SurfaceBackend::Cpu, "CPU"), (SurfaceBackend::Gpu, "GPU")];
     let hover = "Where the surface is made. On the GPU the frame drawn is the frame simulated.";
     choice(ui, "made on", hover, &mut settings.surface, &makers);
 }

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub enum ClayRequest {
     /// Back to the shape it started from, on the grid it has now. Its material stays.
     Reset(Entity),
-    /// The same shape on a grid of this cell width [m].
+    /// The same shape on a grid of this cell width \[m\].
     Resample(Entity, f64),
     /// All pieces but the largest are gone.
     DropOffcuts(Entity),

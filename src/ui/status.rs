@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use egui_plot::{Line, Plot, PlotPoints};
 
-/// Time [ms] that clay may hold the main thread.
+/// Time \[ms\] that clay may hold the main thread.
 const MAIN_THREAD_MS_MAX: f64 = 2.0;
 
 /// What the window reads.

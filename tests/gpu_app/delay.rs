@@ -69,7 +69,7 @@ pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
         render.world_mut().get_resource_or_init::<MeshAllocatorSettings>().extra_buffer_usages |= BufferUsages::COPY_SRC;
         render.insert_resource(seen.clone()).add_systems(Render, look.in_set(RenderSystems::Cleanup));
         let gravity = DVec3::NEG_Y * GRAVITY;
-        let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, is_responsive: false, ..default() };
+        let settings = ClaySettings { engine, gravity, surface: SurfaceBackend::Gpu, is_responsive: false, ..default() };
         let clay = app.world_mut().spawn((Clay::new(super::cube()), settings)).id();
         settle(&mut app, "the surface", |world| status(world, clay).triangle_count > 0)?;
         seen.0.lock().expect("the look").mesh = app.world().get::<Mesh3d>(clay).map(|mesh| mesh.id());

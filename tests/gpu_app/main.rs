@@ -18,6 +18,8 @@ use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
+use bevy_clay::surface::prelude::*;
 use glam::DVec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
@@ -297,7 +299,7 @@ fn surface_is_made_on_the_device() -> Result<(), Failed> {
     for (engine, snapshot, of_balls) in clays {
         let mut app = app();
         let gravity = DVec3::NEG_Y * GRAVITY;
-        let settings = ClaySettings { engine, gravity, surface: SurfaceMaker::Gpu, ..default() };
+        let settings = ClaySettings { engine, gravity, surface: SurfaceBackend::Gpu, ..default() };
         let clay = app.world_mut().spawn((Clay::new(snapshot), settings)).id();
         settle(&mut app, "an engine", |world| world.get::<ClayEngine>(clay).is_some())?;
         let (body, expected) = triangles(app.world(), clay);
@@ -312,13 +314,13 @@ fn surface_is_made_on_the_device() -> Result<(), Failed> {
         // What changes by less than a hundredth is not extracted anew.
         let is_near = |count: usize| count.abs_diff(expected) <= expected / 50;
         settle(&mut app, "the surface after a while", |world| is_near(status(world, clay).triangle_count))?;
-        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Cpu;
+        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceBackend::Cpu;
         let by_processor =
             |world: &World| world.get::<ClaySurface>(clay).map_or(0, |s| s.mesh().map_or(0, |m| m.triangles.len())) == body;
         settle(&mut app, "the processor's surface", |world| {
             by_processor(world) && mesh(world).is_some_and(|m| Some(m) != drawn)
         })?;
-        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceMaker::Gpu;
+        app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").surface = SurfaceBackend::Gpu;
         settle(&mut app, "the device's again", |world| !by_processor(world) && status(world, clay).triangle_count == expected)?;
     }
     Ok(())

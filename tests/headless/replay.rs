@@ -88,7 +88,7 @@ fn killed_run_is_replayed_as_far_as_it_goes() {
 #[test]
 fn run_stopped_by_a_refusal_is_replayed() {
     let desk = Desk::new();
-    let scene = Scene::from_ron(&format!("({PRESSED})")).expect("a scene");
+    let scene = ClayScene::from_ron(&format!("({PRESSED})")).expect("a scene");
     let built = scene.build(Path::new(".")).expect("clay");
     let mut engine = NativeEngine::new();
     engine.load(&built.snapshot).expect("loaded");

@@ -7,7 +7,7 @@ use crate::sim::planner::Decision;
 use std::fs;
 
 fn build(text: &str) -> Result<BuiltScene, SceneError> {
-    Scene::from_ron(text)?.build(Path::new("."))
+    ClayScene::from_ron(text)?.build(Path::new("."))
 }
 
 fn built(text: &str) -> BuiltScene {
@@ -83,7 +83,7 @@ fn absurd_resolution_names_memory_and_the_width_that_fits() {
     let text = |cell_width: f64| format!("(clay: [Box(size: (0.1, 0.1, 0.1))], cell_width: {cell_width:e})");
     let gib = f64::from(1 << 30);
     let check = |cell_width: f64, limit: f64| {
-        let scene = Scene::from_ron(&text(cell_width)).expect("scene");
+        let scene = ClayScene::from_ron(&text(cell_width)).expect("scene");
         let clay = scene.clay_solids(Path::new(".")).expect("solids");
         scene.check_memory(&clay.solids, (clay.low, clay.high), limit)
     };
@@ -93,16 +93,16 @@ fn absurd_resolution_names_memory_and_the_width_that_fits() {
         let SceneError::Memory { fits, bytes, .. } = error else { panic!("{error}") };
         assert!(line.contains("iB") && line.contains("cell_width = ") && bytes > 0.0, "{line}");
         check(fits, limit).expect("the width named fits");
-        let domain = Scene::from_ron(&text(fits)).expect("scene").room_about(DVec3::splat(-0.05), DVec3::splat(0.05), fits);
-        Domain::new(domain.low, domain.high, fits, Scene::from_ron(&text(fits)).expect("scene").walls)
+        let domain = ClayScene::from_ron(&text(fits)).expect("scene").room_about(DVec3::splat(-0.05), DVec3::splat(0.05), fits);
+        Domain::new(domain.low, domain.high, fits, ClayScene::from_ron(&text(fits)).expect("scene").walls)
             .expect("a grid that is not too long");
     }
     // Where memory is not in the way, the length of the grid is, and the domain says so.
-    let long = Scene::from_ron("(clay: [Box(size: (1, 0.001, 0.001))], cell_width: 0.0005)").expect("scene");
+    let long = ClayScene::from_ron("(clay: [Box(size: (1, 0.001, 0.001))], cell_width: 0.0005)").expect("scene");
     let error = long.build(Path::new(".")).expect_err("too long").to_string();
     assert!(error.contains("more than 1024 cells along an axis"), "{error}");
     let build =
-        |cell_width: f64, limit: f64| Scene::from_ron(&text(cell_width)).expect("scene").build_within(Path::new("."), limit);
+        |cell_width: f64, limit: f64| ClayScene::from_ron(&text(cell_width)).expect("scene").build_within(Path::new("."), limit);
     let error = build(1e-5, gib).expect_err("absurd").to_string();
     assert!(
         error.starts_with("scene: cell_width = 0.00001 gives about 8.000e12 particles")
@@ -161,7 +161,7 @@ fn mesh_is_placed_scaled_and_warned_about() {
         fs::write(folder.path().join(name), tetrahedron(faces)).expect("write");
     }
     let build = |mesh: &str| {
-        Scene::from_ron(&format!("(clay: [Mesh(path: {mesh})], cell_width: 0.004)")).expect("scene").build(folder.path())
+        ClayScene::from_ron(&format!("(clay: [Mesh(path: {mesh})], cell_width: 0.004)")).expect("scene").build(folder.path())
     };
     let volume = |scene: &BuiltScene| scene.snapshot.rest_volume() / (0.05f64.powi(3) / 6.0);
     let scene = build("\"whole.obj\", height: 0.05, position: (0.1, 0.2, 0.3)").expect("whole");

@@ -12,7 +12,7 @@ pub(super) enum Dimension {
     Ratio,
 }
 
-/// The longest text that is read as a number with a unit [bytes].
+/// The longest text that is read as a number with a unit \[bytes\].
 const TEXT_MAX: usize = 64;
 
 /// A unit: its symbol and how many SI units it is, as a factor and a divisor so that `"45 %"` is 0.45 to the

@@ -114,7 +114,7 @@ pub struct ExportOptions {
     pub bodies: BodyFiles,
     /// Least volume of a body [m^3], its cavities taken off; what is smaller is left out and reported.
     pub volume_min: f64,
-    /// Distance [m] by which simplification may move the surface, root mean square (on a ball, the worst
+    /// Distance \[m\] by which simplification may move the surface, root mean square (on a ball, the worst
     /// vertex moved 1.2 to 1.9 times as far); bodies that touch along a cut may then overlap by as much.
     /// `None` for every triangle.
     pub simplify: Option<f64>,
@@ -229,7 +229,7 @@ pub fn is_numbered(path: &Path, file: &Path) -> bool {
     number.is_some_and(|number| number > 0 && numbered(path, number) == *file)
 }
 
-/// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z [mm], velocity vx
+/// Writes a snapshot's particles as a binary little-endian PLY point cloud: position x y z \[mm\], velocity vx
 /// vy vz [m/s], volume ratio J, side of the first cut (-1, 0, 1), id.
 ///
 /// # Errors

@@ -32,7 +32,7 @@ const SHAPE_MIN: f64 = 0.02;
 /// parts leave open.
 const MIDDLE_WEIGHT: f64 = 0.1;
 
-/// Simplifies a closed body so that no vertex is farther than `error` [m], root mean square, from the planes
+/// Simplifies a closed body so that no vertex is farther than `error` \[m\], root mean square, from the planes
 /// of the triangles it stands for, and checks the result: a closed manifold of as many shells and handles,
 /// its volume changed by less than [`VOLUME_CHANGE_MAX`], no two vertices in one place.
 ///
@@ -103,7 +103,7 @@ struct Candidate {
     /// Their mean.
     mean: f64,
     edge: [u32; 2],
-    /// Where the vertex goes [m].
+    /// Where the vertex goes \[m\].
     place: DVec3,
     /// The ends' ages when this was computed.
     ages: [u32; 2],
@@ -272,7 +272,7 @@ impl Work {
     }
 }
 
-/// Collapses edges while a vertex stays within `error` [m] of the planes of the triangles it stands for, root
+/// Collapses edges while a vertex stays within `error` \[m\] of the planes of the triangles it stands for, root
 /// mean square.
 fn simplify(mesh: &Mesh, error: f64) -> Mesh {
     let Some((low, high)) = mesh.bounds() else { return mesh.clone() };

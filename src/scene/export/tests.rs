@@ -235,7 +235,7 @@ fn failed_write_leaves_nothing_behind() {
     assert_eq!(fs::read_dir(dir.path()).expect("directory").count(), 2);
 }
 
-/// A ball of 5, a box of 3 and one of 1 [m], in no order.
+/// A ball of 5, a box of 3 and one of 1 \[m\], in no order.
 fn three_bodies() -> Mesh {
     joined(&[&at(&box_mesh(1.0), 30.0), &ball(), &at(&box_mesh(3.0), 20.0)])
 }

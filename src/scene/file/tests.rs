@@ -5,14 +5,14 @@ use super::*;
 const CLAY: &str = "clay: [Box(size: (0.04, 0.04, 0.04))]";
 
 fn error_of(text: &str) -> String {
-    let error = Scene::from_ron(text).expect_err(text).to_string();
+    let error = ClayScene::from_ron(text).expect_err(text).to_string();
     assert!(!error.contains('\n') && error.starts_with("scene"), "{error}");
     error
 }
 
 #[test]
 fn shortest_scene_has_the_defaults() {
-    let scene = Scene::from_ron(&format!("({CLAY}, cell_width: 0.004)")).expect("scene");
+    let scene = ClayScene::from_ron(&format!("({CLAY}, cell_width: 0.004)")).expect("scene");
     assert_eq!((scene.particles_per_cell, scene.jitter, scene.frame_time), (8, 0.25, 1.0 / 60.0));
     assert_eq!(scene.walls.low, [Wall::Separate, Wall::Stick, Wall::Separate]);
     let (material, warnings) = scene.clay_material(Path::new("."), &mut vec![]).expect("material");
@@ -38,7 +38,7 @@ fn every_field_is_read() {
         inertia: Fast, frame_time: 0.01, duration: 2, time_step: 1e-5,
         outputs: (surface: None, tier: Coarse, particles: false),
     )"#;
-    let scene = Scene::from_ron(text).expect("scene");
+    let scene = ClayScene::from_ron(text).expect("scene");
     assert_eq!((scene.clay.len(), scene.tools[0].keyframes.len(), scene.time_step), (3, 2, Some(1e-5)));
     let (material, _) = scene.clay_material(Path::new("."), &mut vec![]).expect("material");
     assert_eq!((material.density, material.softening, material.softening_length), (1000.0, 0.5, 0.01));
@@ -134,7 +134,7 @@ fn bad_clay_is_refused_with_line_and_field() {
 
 #[test]
 fn missing_scene_file_is_named() {
-    let error = Scene::load(Path::new("nowhere/none.scene.ron")).expect_err("missing").to_string();
+    let error = ClayScene::load(Path::new("nowhere/none.scene.ron")).expect_err("missing").to_string();
     assert!(error.starts_with("nowhere/none.scene.ron: "), "{error}");
 }
 
@@ -144,7 +144,7 @@ fn missing_scene_file_is_named() {
 fn material_comes_from_a_clay_file() {
     let folder = tempfile::tempdir().expect("folder");
     let material = |field: &str| {
-        let scene = Scene::from_ron(&format!("({CLAY}, cell_width: 0.004, {field})")).expect("scene");
+        let scene = ClayScene::from_ron(&format!("({CLAY}, cell_width: 0.004, {field})")).expect("scene");
         scene.build(folder.path()).map(|built| (built.snapshot.material, built.warnings)).map_err(|e| e.to_string())
     };
     assert_eq!(material("material: File(\"wax.clay.ron\")"), Ok((Preset::Wax.material(), vec![])));

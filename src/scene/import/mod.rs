@@ -49,14 +49,14 @@ pub struct OpenEdges {
     pub count: usize,
     /// Connected groups of them.
     pub holes: usize,
-    /// Diagonal of the bounding box of the largest group [m].
+    /// Diagonal of the bounding box of the largest group \[m\].
     pub largest: f64,
 }
 
 /// A triangle mesh with shared vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportedMesh {
-    /// Vertex positions [m], shape [`vertex_count`, 3].
+    /// Vertex positions \[m\], shape [`vertex_count`, 3].
     pub positions: Vec<DVec3>,
     /// Vertex indices, counter-clockwise seen from outside, shape [`triangle_count`, 3].
     pub triangles: Vec<[u32; 3]>,
@@ -146,12 +146,12 @@ impl ImportedMesh {
         mesh
     }
 
-    /// The three corners of each triangle [m].
+    /// The three corners of each triangle \[m\].
     pub fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> {
         self.triangles.iter().map(|t| t.map(|i| self.positions[i as usize]))
     }
 
-    /// Low and high corner of the bounding box [m].
+    /// Low and high corner of the bounding box \[m\].
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.positions.iter().fold(none, |(low, high), p| (low.min(*p), high.max(*p)))
@@ -170,7 +170,7 @@ impl ImportedMesh {
         self.corners().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
     }
 
-    /// Turns by `rotation`, then multiplies by `scale` about the origin, then moves by `offset` [m].
+    /// Turns by `rotation`, then multiplies by `scale` about the origin, then moves by `offset` \[m\].
     pub fn place(&mut self, rotation: DQuat, scale: f64, offset: DVec3) {
         self.positions.iter_mut().for_each(|p| *p = rotation * *p * scale + offset);
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::file::Scene;
+use crate::scene::file::ClayScene;
 use crate::surface::mesh::Mesh;
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ const DX: f64 = 0.002;
 
 /// A scene's clay at cells of 2 mm.
 fn clay(body: &str) -> Snapshot {
-    let scene = Scene::from_ron(&format!("(clay: [{body}], cell_width: {DX})")).expect("scene");
+    let scene = ClayScene::from_ron(&format!("(clay: [{body}], cell_width: {DX})")).expect("scene");
     scene.build(std::path::Path::new(".")).expect("clay").snapshot
 }
 
@@ -15,7 +15,7 @@ fn ball() -> Snapshot {
     clay("Sphere(radius: 0.016, center: (0, 0.016, 0))")
 }
 
-/// A block of 16 x 10 x 12 cells, cut along the plane x = 0, the front moved away by `gap` [m].
+/// A block of 16 x 10 x 12 cells, cut along the plane x = 0, the front moved away by `gap` \[m\].
 fn cut_block(gap: f64) -> Snapshot {
     let mut snapshot = clay("Box(size: (0.032, 0.02, 0.024), center: (0, 0.01, 0))");
     let domain = snapshot.domain;
@@ -35,7 +35,7 @@ fn mesh(snapshot: &Snapshot) -> Mesh {
     extract(&surface_source(&snapshot.domain, &snapshot.particles), &SurfaceSettings::default())
 }
 
-/// Distance [m] of a point from a triangle.
+/// Distance \[m\] of a point from a triangle.
 fn distance(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let normal = (b - a).cross(c - a);
     let inside = [(a, b), (b, c), (c, a)].iter().all(|(u, v)| (*v - *u).cross(p - *u).dot(normal) >= 0.0);
@@ -49,7 +49,7 @@ fn distance(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     edge(a, b).min(edge(b, c)).min(edge(c, a))
 }
 
-/// Greatest distance [m] of some of the vertices of one mesh from the other mesh, both ways.
+/// Greatest distance \[m\] of some of the vertices of one mesh from the other mesh, both ways.
 fn hausdorff(a: &Mesh, b: &Mesh) -> f64 {
     let one_way = |from: &Mesh, to: &Mesh| {
         let corners: Vec<[Vec3; 3]> =

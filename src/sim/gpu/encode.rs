@@ -54,7 +54,7 @@ pub(super) struct Work<'a> {
     pub buffers: &'a Buffers,
     pub domain: &'a Domain,
     pub plan: &'a FramePlan,
-    /// Substep used [s].
+    /// Substep used \[s\].
     pub dt: f64,
     pub params: Params,
     /// The records that the frame starts from: 0 or 1.

@@ -51,7 +51,7 @@ twins! {
         pub yield_norm: f32 = "f32",
         /// s of Eq. 5
         pub softening: f32 = "f32",
-        /// tau of Eq. 5 [cells]
+        /// tau of Eq. 5 \[cells\]
         pub softening_length: f32 = "f32",
         /// one cell per substep [m/s]
         pub velocity_unit: f32 = "f32",
@@ -108,9 +108,9 @@ twins! {
 pub(super) struct ParamsInput<'a> {
     pub domain: &'a Domain,
     pub plan: &'a FramePlan,
-    /// Substep used [s].
+    /// Substep used \[s\].
     pub dt: f64,
-    /// The clay's time when the frame starts [s].
+    /// The clay's time when the frame starts \[s\].
     pub start: f64,
     pub scales: Scales,
     pub particle_count: u32,
@@ -231,7 +231,7 @@ impl Params {
     }
 }
 
-/// The profiles of the plan's bent blades [cells], in the plan's order.
+/// The profiles of the plan's bent blades \[cells\], in the plan's order.
 #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
 fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] {
     let mut all = [[[0.0; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize];

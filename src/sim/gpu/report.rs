@@ -10,7 +10,7 @@ use super::layout::{Status, Total, flag};
 use super::params::centre;
 use glam::{DMat3, DVec3};
 
-/// Adds up the workgroups' partial sums of a frame with substeps of `dt` [s] over `count` particles of
+/// Adds up the workgroups' partial sums of a frame with substeps of `dt` \[s\] over `count` particles of
 /// `volume` [m^3] at rest; beside them the greatest
 /// |v + A d| [cells/substep].
 pub(super) fn sums(

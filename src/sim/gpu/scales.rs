@@ -40,13 +40,13 @@ pub(super) struct Scales {
     pub node_mass_limit: f32,
 }
 
-/// Greatest speed of the plan's tools [cells per substep].
+/// Greatest speed of the plan's tools \[cells per substep\].
 fn tool_travel(plan: &FramePlan, domain: &Domain, dt: f64) -> f64 {
     plan.tools.iter().map(|t| t.speed_max() * dt / domain.cell_width).fold(0.0, f64::max)
 }
 
 impl Scales {
-    /// Scales for a frame of `plan` run with substeps of `dt` [s], of particles up to `mass_max`.
+    /// Scales for a frame of `plan` run with substeps of `dt` \[s\], of particles up to `mass_max`.
     pub(super) fn new(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Forecast, mass_max: f64) -> Self {
         let gained = plan.gravity.length() * plan.duration();
         let reach = (REACH_HEADROOM * forecast.reach + gained) * dt / domain.cell_width + 2.0 * tool_travel(plan, domain, dt);

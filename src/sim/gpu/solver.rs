@@ -123,7 +123,7 @@ pub(super) struct Solver {
     #[cfg(feature = "reference")]
     pub(super) last_scales: Scales,
     pub(super) reruns: u64,
-    /// Time of a substep on the device, in the last frame [s].
+    /// Time of a substep on the device, in the last frame \[s\].
     pub(super) substep_seconds: Option<f64>,
     /// A readback nobody reads any more.
     pub(super) spare: Option<Readback>,

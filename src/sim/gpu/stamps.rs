@@ -66,7 +66,7 @@ impl Stamps {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, to, offset, STAMP_BYTES);
     }
 
-    /// Times of a frame [s] of `steps` substeps and `rebins` re-bins, from those measured once.
+    /// Times of a frame \[s\] of `steps` substeps and `rebins` re-bins, from those measured once.
     pub(super) fn timings(&self, stamps: &[u64], steps: u32, rebins: u32) -> Timings {
         let of = |stretch: Stretch| {
             let i = 2 * stretch as usize;

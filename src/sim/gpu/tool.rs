@@ -12,7 +12,7 @@ twins! {
         pub end_cell: [i32; 3] = "vec3i",
         /// `ToolShape::number`
         pub shape: u32 = "u32",
-        /// the rest of it [cells]
+        /// the rest of it \[cells\]
         pub end_offset: [f32; 3] = "vec3f",
         /// `Contact::number`
         pub contact: u32 = "u32",
@@ -20,7 +20,7 @@ twins! {
         pub start_cell: [i32; 3] = "vec3i",
         /// of a blade
         pub sheet: u32 = "u32",
-        /// the rest of it [cells]
+        /// the rest of it \[cells\]
         pub start_offset: [f32; 3] = "vec3f",
         /// of a separating contact [-]
         pub friction: f32 = "f32",
@@ -30,7 +30,7 @@ twins! {
         pub start_rotation: [[f32; 4]; 3] = "mat3x3f",
         /// end_rotation - start_rotation
         pub turn: [[f32; 4]; 3] = "mat3x3f",
-        /// from start to end [cells]
+        /// from start to end \[cells\]
         pub travel: [f32; 3] = "vec3f",
         /// of a wire: where it stands along y in the frame of its strip
         pub radius: f32 = "f32",
@@ -42,7 +42,7 @@ twins! {
 }
 
 impl GpuTool {
-    /// The tool of `path` during the substep from `start` to `end` [s]; `profile` is the index of its
+    /// The tool of `path` during the substep from `start` to `end` \[s\]; `profile` is the index of its
     /// profile, if it is a bent blade.
     #[expect(clippy::cast_possible_truncation, reason = "the device is f32")]
     pub(super) fn new(path: &ToolPath, domain: &Domain, start: f64, end: f64, profile: u32) -> Self {

@@ -51,7 +51,7 @@ impl ToolNow {
         Self { sampled: sampled.map(Arc::new), ..self }
     }
 
-    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node
+    /// Signed distance \[cells\] of a node from the blade and the unit normal of the blade's front, if the node
     /// is near it.
     pub(super) fn side(&self, node: IVec3) -> Option<(f64, DVec3)> {
         match &self.sampled {
@@ -81,7 +81,7 @@ impl ToolNow {
         self.is_near_block_by(block, BAND)
     }
 
-    /// The same with `band` [cells] in place of a blade's.
+    /// The same with `band` \[cells\] in place of a blade's.
     pub(super) fn is_near_block_by(&self, block: IVec3, band: f64) -> bool {
         let half = f64::from(BLOCK) / 2.0;
         let centre = (block * BLOCK).as_dvec3() + half;
@@ -99,7 +99,7 @@ impl ToolNow {
         Tool { shape: self.shape, contact: self.contact }.separates()
     }
 
-    /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` [cells], with the surface
+    /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` \[cells\], with the surface
     /// normal `n` towards the clay.
     pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
         let tool = self.motion.velocity_at(world) + self.growth * n;
@@ -118,7 +118,7 @@ impl ToolNow {
         }
     }
 
-    /// Distance [cells] and normal of a solid tool at a node in its reach.
+    /// Distance \[cells\] and normal of a solid tool at a node in its reach.
     pub(super) fn touch(&self, world: DVec3) -> Option<(f64, DVec3)> {
         let local = self.motion.end.to_local(world);
         let distance = self.shape.distance(local);

@@ -31,7 +31,7 @@ pub(super) struct Imposed {
     drive: Option<AffineDrive>,
     domain: Domain,
     material: ClayMaterial,
-    /// The substep's start, from the frame's [s].
+    /// The substep's start, from the frame's \[s\].
     start: f64,
     /// Cells per substep in 1 m/s.
     speed: f64,
@@ -53,7 +53,7 @@ impl Imposed {
 }
 
 impl GridStep {
-    /// The constants of substep `index` of a frame of substeps of `dt` [s].
+    /// The constants of substep `index` of a frame of substeps of `dt` \[s\].
     pub(super) fn new(coefficients: &Coefficients, plan: &FramePlan, domain: &Domain, dt: f64, index: u32) -> Self {
         let validation = &plan.validation;
         let imposed = Imposed {
@@ -102,7 +102,7 @@ impl GridReport {
         Self { tools: vec![Default::default(); count], ..Self::default() }
     }
 
-    /// Gives tool `index` an impulse at `world` [cells].
+    /// Gives tool `index` an impulse at `world` \[cells\].
     pub(super) fn give(&mut self, index: usize, tool: &ToolNow, world: DVec3, impulse: DVec3) {
         let sum = &mut self.tools[index];
         sum.0 += impulse;

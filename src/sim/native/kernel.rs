@@ -58,7 +58,7 @@ struct Eight {
 }
 
 impl Eight {
-    /// Grid coordinate [cells] of particle `k` with offset `x`.
+    /// Grid coordinate \[cells\] of particle `k` with offset `x`.
     fn grid(&self, place: &Place<'_>, x: &[F8; 3], k: usize) -> [f64; 3] {
         let mut at = [0.0; 3];
         for d in 0..3 {

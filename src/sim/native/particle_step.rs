@@ -23,7 +23,7 @@ pub(super) struct ParticleStep<'a> {
 }
 
 impl ParticleStep<'_> {
-    /// Distance [m] from a grid coordinate to the nearest tool.
+    /// Distance \[m\] from a grid coordinate to the nearest tool.
     fn tool_distance(&self, x: [f64; 3], at: Moment) -> f64 {
         let x = DVec3::from_array(x);
         let distance = |t: &ToolNow| t.shape.distance(t.pose(at).to_local(x)).abs();

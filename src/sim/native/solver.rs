@@ -48,7 +48,7 @@ pub(super) struct Solver {
     state: State,
     tiles: Tiles,
     grid: Grid,
-    /// Bound on how far any particle has strayed from its cell since the last sort [cells].
+    /// Bound on how far any particle has strayed from its cell since the last sort \[cells\].
     travel: f32,
     sums: ParticleSums,
     quarantined: Vec<u32>,
@@ -109,7 +109,7 @@ struct Outcome {
     health: Health,
     /// Halvings of the step.
     redone: u32,
-    /// Substep used [s].
+    /// Substep used \[s\].
     dt: f64,
     /// Substeps run.
     steps: u32,

@@ -21,7 +21,7 @@ pub(super) const MARGIN: f32 = 0.5;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(super) struct Hot {
-    /// Offset from the cell's low corner [cells].
+    /// Offset from the cell's low corner \[cells\].
     pub offset: [f32; 3],
     /// Cell, 10 bits an axis.
     pub cell: u32,

@@ -19,7 +19,7 @@ pub(super) struct Step {
     pub velocity_unit: f32,
     /// One per substep [1/s].
     pub rate_unit: f32,
-    /// Stress over its scaled form [Pa].
+    /// Stress over its scaled form \[Pa\].
     pub stress_unit: f64,
     /// Whether AVX2 and FMA were found.
     pub fma: bool,

@@ -17,7 +17,7 @@ pub(super) struct Tagged {
     pub displaced: u64,
     /// Particles put back.
     pub pushed_back: u64,
-    /// Greatest depth of these [cells].
+    /// Greatest depth of these \[cells\].
     pub depth_max: f64,
 }
 
@@ -35,7 +35,7 @@ impl Tagged {
 pub(super) struct TagReport {
     /// By each tool.
     pub tools: Vec<Tagged>,
-    /// Greatest distance a particle was moved [cells].
+    /// Greatest distance a particle was moved \[cells\].
     pub moved_max: f32,
     /// Whether a class changed.
     pub is_changed: bool,

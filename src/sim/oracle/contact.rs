@@ -159,14 +159,14 @@ pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &m
     }
 }
 
-/// A `share` of a tool's contact on one field at the node `world` [m]; the tool feels the opposite impulse.
+/// A `share` of a tool's contact on one field at the node `world` \[m\]; the tool feels the opposite impulse.
 fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, share: f64, felt: &mut ToolReport) {
     let closed = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
     let after = field.velocity + share * (closed - field.velocity);
     push(field, tool, world, after, felt);
 }
 
-/// A tool brings one field at the node `world` [m] to the velocity `after` [m/s].
+/// A tool brings one field at the node `world` \[m\] to the velocity `after` [m/s].
 fn push(field: &mut Field, tool: &MovingTool, world: DVec3, after: DVec3, felt: &mut ToolReport) {
     if field.sum.mass == 0.0 {
         return;

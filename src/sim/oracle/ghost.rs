@@ -48,7 +48,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
     }
 }
 
-/// The side of a tool that a particle at `position` [cells] has which `had` one before; 0 for none.
+/// The side of a tool that a particle at `position` \[cells\] has which `had` one before; 0 for none.
 fn side_of(position: DVec3, had: i8, tool: &MovingTool, around: &Surroundings) -> i8 {
     match around.plan.cutting {
         CuttingMethod::Published => {
@@ -95,7 +95,7 @@ pub(super) fn book_withheld(frame: &mut FrameReport, grid: &Grid, around: &Surro
     }
 }
 
-/// Gives tool `index` an impulse [N s] at `world` [m].
+/// Gives tool `index` an impulse \[N s\] at `world` \[m\].
 fn give(frame: &mut FrameReport, tool: &MovingTool, world: DVec3, index: usize, impulse: DVec3) {
     let felt = &mut frame.tools[index];
     felt.impulse += impulse;

@@ -7,7 +7,7 @@ use glam::{DVec3, IVec3};
 /// Mass and momentum gathered at a node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sum {
-    /// Inertial mass [kg].
+    /// Inertial mass \[kg\].
     pub(super) mass: f64,
     /// Momentum [kg m/s].
     pub(super) momentum: DVec3,
@@ -31,7 +31,7 @@ pub(super) struct Field {
     pub(super) velocity: DVec3,
     /// Velocity [m/s] that validation damping took.
     pub(super) damped: DVec3,
-    /// Impulse of tools and of the other fields on this one [N s].
+    /// Impulse of tools and of the other fields on this one \[N s\].
     pub(super) contact_impulse: DVec3,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Field {
 pub(super) struct Band {
     /// Index of the tool in the plan.
     pub(super) tool: usize,
-    /// Signed distance of the node from the blade [cells].
+    /// Signed distance of the node from the blade \[cells\].
     pub(super) distance: f64,
     /// Unit normal of the blade's front at its point nearest to the node.
     pub(super) normal: DVec3,
@@ -76,12 +76,12 @@ impl Classes {
         &mut self.0[at].1
     }
 
-    /// Mass [kg] of all classes.
+    /// Mass \[kg\] of all classes.
     pub(super) fn mass(&self) -> f64 {
         self.iter().map(|(_, sum)| sum.mass).sum()
     }
 
-    /// Mass [kg] of the clay on one side of a sheet.
+    /// Mass \[kg\] of the clay on one side of a sheet.
     pub(super) fn mass_on(&self, sheet: u8, side: i8) -> f64 {
         self.iter().filter(|(key, _)| key.side(sheet) == side).map(|(_, sum)| sum.mass).sum()
     }
@@ -94,7 +94,7 @@ pub(super) struct Node {
     pub(super) classes: Classes,
     /// The same with what walls folded onto this node or away from it.
     pub(super) folded: Classes,
-    /// Mass [kg] of the clay that touches a separating tool.
+    /// Mass \[kg\] of the clay that touches a separating tool.
     pub(super) touching: f64,
     /// The sheets that divide the clay here, in their order; none at a whole node.
     pub(super) divisions: Vec<Division>,
@@ -138,7 +138,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Empty nodes about the particles at `positions` [cells].
+    /// Empty nodes about the particles at `positions` \[cells\].
     pub(super) fn about(positions: impl Iterator<Item = DVec3> + Clone) -> Self {
         let low = positions.clone().map(stencil::base).reduce(IVec3::min).unwrap_or(IVec3::ZERO) - 1;
         let high = positions.map(stencil::base).reduce(IVec3::max).unwrap_or(IVec3::ZERO) + 3;

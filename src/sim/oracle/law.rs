@@ -72,7 +72,7 @@ fn hencky(strain: DVec3) -> DVec3 {
     strain.map(|e| 0.5 * e.ln_1p())
 }
 
-/// Kirchhoff stress tau [Pa] of elastic strain `E = b_e - I`.
+/// Kirchhoff stress tau \[Pa\] of elastic strain `E = b_e - I`.
 pub fn kirchhoff_stress(material: &ClayMaterial, elastic_strain: DMat3) -> DMat3 {
     let spectrum = Spectrum::of(elastic_strain);
     let h = hencky(spectrum.values);
@@ -101,8 +101,8 @@ pub struct Advanced {
     pub is_clamped: bool,
 }
 
-/// Strains the clay by the displacement gradient `increment = h C` [-] in `dt` [s] and returns it to the flow
-/// stress of `yield_stress` [Pa] (present: softened and hardened): `b = (I + h C)(I + E)(I + h C)^T`; where
+/// Strains the clay by the displacement gradient `increment = h C` [-] in `dt` \[s\] and returns it to the flow
+/// stress of `yield_stress` \[Pa\] (present: softened and hardened): `b = (I + h C)(I + E)(I + h C)^T`; where
 /// the Hencky deviator `d` exceeds `y = sqrt(2/3) sY / (2 mu)`, it is shortened by [`flow`].
 pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_strain: DMat3, increment: DMat3) -> Advanced {
     // b - I expanded, so that the identity never swallows a small strain.
@@ -132,7 +132,7 @@ pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_stra
     }
 }
 
-/// By how much flow shortens a Hencky deviator that is `excess` [-] too long, in `dt` [s]: the g of
+/// By how much flow shortens a Hencky deviator that is `excess` [-] too long, in `dt` \[s\]: the g of
 /// `2 mu (excess - g) = sqrt(2/3) (H a + eta (a / dt)^n)` with the plastic strain `a = sqrt(2/3) g`, by
 /// bisection.
 pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {

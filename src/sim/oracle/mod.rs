@@ -62,7 +62,7 @@ pub struct Oracle {
     pub domain: Domain,
     /// What the clay is made of: that of the last plan.
     pub material: ClayMaterial,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// The particles in motion, in the snapshot's order.
     pub particles: Vec<Particle>,

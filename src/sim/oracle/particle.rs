@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 /// What a particle carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// Grid coordinate [cells].
+    /// Grid coordinate \[cells\].
     pub position: DVec3,
     /// Velocity [m/s].
     pub velocity: DVec3,
@@ -28,7 +28,7 @@ pub struct Particle {
 }
 
 impl Particle {
-    /// A particle at rest at grid coordinate `position` [cells].
+    /// A particle at rest at grid coordinate `position` \[cells\].
     pub fn at(position: DVec3, rest_volume: f64, id: u32) -> Self {
         Self {
             position,

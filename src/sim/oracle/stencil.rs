@@ -9,11 +9,11 @@ pub(super) struct Touch {
     pub(super) node: IVec3,
     /// Weight w [-].
     pub(super) weight: f64,
-    /// From the particle to the node [cells].
+    /// From the particle to the node \[cells\].
     pub(super) arm: DVec3,
 }
 
-/// Lowest node of the stencil of a particle at `position` [cells].
+/// Lowest node of the stencil of a particle at `position` \[cells\].
 pub(super) fn base(position: DVec3) -> IVec3 {
     (position - 0.5).floor().as_ivec3()
 }

@@ -14,7 +14,7 @@ use super::particle::Particle;
 use super::tools::Surroundings;
 use super::{averaging, contact, g2p, ghost, interactive, p2g, report, sides, tags, walls};
 
-/// Moves `particles` over substep `step` of the frame, of `plan.dt` [s], and adds to `frame` what happened.
+/// Moves `particles` over substep `step` of the frame, of `plan.dt` \[s\], and adds to `frame` what happened.
 /// Returns the nodes.
 pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, step: u32, frame: &mut FrameReport) -> Grid {
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A particle at `height` [cells] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to
+    /// A particle at `height` \[cells\] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to
     /// 0.2 cells.
     fn after_blade(height: f64, tag: Tag) -> (f64, Tag, ToolReport) {
         let domain = Domain::new(DVec3::splat(-8.0), DVec3::splat(8.0), 1.0, Walls::default()).expect("domain");

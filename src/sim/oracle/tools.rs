@@ -32,7 +32,7 @@ pub(super) struct MovingTool<'a> {
 }
 
 impl MovingTool<'_> {
-    /// Distance [m] from `world` [m]: signed for a solid tool, unsigned for a blade.
+    /// Distance \[m\] from `world` [m]: signed for a solid tool, unsigned for a blade.
     pub(super) fn distance(&self, world: DVec3, at: Moment) -> f64 {
         let pose = match at {
             Moment::Start => self.motion.start,
@@ -41,7 +41,7 @@ impl MovingTool<'_> {
         self.shape.distance(pose.to_local(world))
     }
 
-    /// Signed distance [cells] of a node from the blade and the unit normal of the blade's front, if the node
+    /// Signed distance \[cells\] of a node from the blade and the unit normal of the blade's front, if the node
     /// is near it.
     pub(super) fn side(&self, node: IVec3, domain: &Domain) -> Option<(f64, DVec3)> {
         if let Some(sampled) = &self.sampled {
@@ -56,12 +56,12 @@ impl MovingTool<'_> {
         self.path.tool.separates()
     }
 
-    /// Outward normal at `world` [m] at the substep's end.
+    /// Outward normal at `world` \[m\] at the substep's end.
     pub(super) fn normal(&self, world: DVec3) -> DVec3 {
         self.motion.end.rotation * self.shape.normal(self.motion.end.to_local(world))
     }
 
-    /// Velocity [m/s] of the surface at `world` [m], where its outward normal is `normal`.
+    /// Velocity [m/s] of the surface at `world` \[m\], where its outward normal is `normal`.
     pub(super) fn velocity(&self, world: DVec3, normal: DVec3) -> DVec3 {
         self.motion.velocity_at(world) + self.growth * normal
     }
@@ -76,12 +76,12 @@ pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a FramePlan,
     /// The tools of the plan, in its order.
     pub(super) tools: Vec<MovingTool<'a>>,
-    /// The substep's start [s], from the frame's.
+    /// The substep's start \[s\], from the frame's.
     start: f64,
 }
 
 impl<'a> Surroundings<'a> {
-    /// The surroundings in the substep that starts at `start` [s] of the frame.
+    /// The surroundings in the substep that starts at `start` \[s\] of the frame.
     pub(super) fn new(domain: &'a Domain, plan: &'a FramePlan, start: f64) -> Self {
         let moving = |path: &'a ToolPath| {
             let motion = path.motion(start, start + plan.dt);
@@ -114,7 +114,7 @@ impl<'a> Surroundings<'a> {
         self.plan.material.shear_strength() * self.plan.dt / (self.plan.inertial_density() * self.domain.cell_width)
     }
 
-    /// Distance [m] from `position` [cells] to the nearest tool's surface at one end of the substep; infinite
+    /// Distance \[m\] from `position` \[cells\] to the nearest tool's surface at one end of the substep; infinite
     /// without tools.
     fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);
@@ -141,7 +141,7 @@ impl<'a> Surroundings<'a> {
         particle_touch(distance, 0.5 * particle.rest_volume.cbrt() / self.domain.cell_width)
     }
 
-    /// `position` [cells], or the nearest point of the room where that is outside.
+    /// `position` \[cells\], or the nearest point of the room where that is outside.
     pub(super) fn in_room(&self, position: DVec3) -> DVec3 {
         let (low, high) = self.domain.wall_nodes();
         position.clamp(low.as_dvec3(), high.as_dvec3())

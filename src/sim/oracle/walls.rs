@@ -83,7 +83,7 @@ fn image(kind: Wall, normal: IVec3) -> DVec3 {
     }
 }
 
-/// Impulse R [N s] along the `normal` with which a wall that folds the column about `node` would act on the
+/// Impulse R \[N s\] along the `normal` with which a wall that folds the column about `node` would act on the
 /// clay.
 fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &Surroundings) -> f64 {
     let gravity = around.gravity_step(node).dot(normal.as_dvec3());

@@ -23,7 +23,7 @@ use super::particle::Particle;
 use super::stencil::stencil;
 use glam::DVec3;
 
-/// Counts the frame, which began at `start` [s], for every tag at which both sides meet; those that have
+/// Counts the frame, which began at `start` \[s\], for every tag at which both sides meet; those that have
 /// grown together are gone.
 pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &FramePlan, start: f64, frame: &mut FrameReport) {
     let Some(rule) = WeldRule::of(plan, start) else { return };

@@ -50,16 +50,16 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use trail::{Piece, Trails};
 
-/// The longest frame that is planned of a clock [s]: what a clock is ahead by more is given up, so that a
+/// The longest frame that is planned of a clock \[s\]: what a clock is ahead by more is given up, so that a
 /// slow machine shows slow motion.
 pub const FRAME_MAX: f64 = 1.0 / 30.0;
-/// Wall time that a frame of clay may take [s], as far as it can be told: that of a frame of the app, within
+/// Wall time that a frame of clay may take \[s\], as far as it can be told: that of a frame of the app, within
 /// these bounds. On a slow machine frames of clay are shorter, not later, and the clay answers a tool as
 /// soon.
 pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
-/// The shortest frame that is planned for that [s].
+/// The shortest frame that is planned for that \[s\].
 const FRAME_MIN: f64 = 1e-4;
-/// The first frame of an engine of which nothing is known [s].
+/// The first frame of an engine of which nothing is known \[s\].
 const FRAME_FIRST: f64 = 1e-3;
 
 /// What is to be done next.
@@ -79,11 +79,11 @@ pub struct Policy {
     pub gravity: DVec3,
     /// How far inertia may be scaled while a tool engages supported clay.
     pub inertia: InertiaScaling,
-    /// Greatest substep [s], however much longer one would be stable.
+    /// Greatest substep \[s\], however much longer one would be stable.
     pub time_step: Option<f64>,
     /// What frames hand out.
     pub outputs: FrameOutputs,
-    /// Wall time [s] that a frame may take: frames are no longer than what the engine was seen to afford in
+    /// Wall time \[s\] that a frame may take: frames are no longer than what the engine was seen to afford in
     /// it, within [`FRAME_WALL`]. Without it frames follow the clock alone.
     pub wall: Option<f64>,
     /// What becomes of the hand's way in slow motion.
@@ -112,7 +112,7 @@ pub struct PlannerState {
     speeds: [f64; 2],
     /// Whether a tool engaged supported clay in these frames.
     engaged: [bool; 2],
-    /// Length of the frame before the next [s].
+    /// Length of the frame before the next \[s\].
     last_duration: f64,
     next_id: u64,
     sheets: Sheets,
@@ -139,7 +139,7 @@ pub struct Planner {
 #[derive(Clone, Debug)]
 struct Draft {
     duration: f64,
-    /// Time [s] that the plan makes up for, of what was given up.
+    /// Time \[s\] that the plan makes up for, of what was given up.
     regained: f64,
     /// What the plan sweeps of the hand's way.
     piece: Option<Piece>,
@@ -162,17 +162,17 @@ impl Planner {
         &self.state
     }
 
-    /// Cell width [m].
+    /// Cell width \[m\].
     pub fn cell_width(&self) -> f64 {
         self.cell_width
     }
 
-    /// Time of the clock [s] that the clay did not follow, because the engine did not afford it or would not.
+    /// Time of the clock \[s\] that the clay did not follow, because the engine did not afford it or would not.
     pub fn given_up(&self) -> f64 {
         self.given_up
     }
 
-    /// Time [s] by which the tools lag behind the hand.
+    /// Time \[s\] by which the tools lag behind the hand.
     pub fn lag(&self) -> f64 {
         self.trails.lag()
     }
@@ -192,7 +192,7 @@ impl Planner {
         self.given_up += self.trails.lose_all();
     }
 
-    /// Lets `time` [s] of the clock pass, in which the tools went these ways; those not among them have been
+    /// Lets `time` \[s\] of the clock pass, in which the tools went these ways; those not among them have been
     /// let go of.
     pub fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
         self.trails.pass(time, tools);
@@ -207,7 +207,7 @@ impl Planner {
         self.trails.lift();
     }
 
-    /// The longest frame that the engine affords [s].
+    /// The longest frame that the engine affords \[s\].
     fn frame_max(&self) -> f64 {
         let Some(wall) = self.policy.wall else { return FRAME_MAX };
         let afforded = |cost: f64| wall.clamp(FRAME_WALL.0, FRAME_WALL.1) / cost.max(f64::MIN_POSITIVE);
@@ -233,7 +233,7 @@ impl Planner {
         Decision::Run(plan)
     }
 
-    /// The next frame of clay made of `material`, `duration` [s] long, with tools whose ways are known: those
+    /// The next frame of clay made of `material`, `duration` \[s\] long, with tools whose ways are known: those
     /// of a scene. Nothing if a report has to come first.
     pub fn frame(&mut self, material: &ClayMaterial, duration: f64, paths: &[ToolPath]) -> Decision {
         if self.under_way >= PENDING_MAX {

@@ -12,7 +12,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// How far a wire goes without parting anything before it counts as out of the clay [cells]. It touches
+/// How far a wire goes without parting anything before it counts as out of the clay \[cells\]. It touches
 /// nothing but what it tags, so where it rests, in the clay or out of it, it tags nothing; on its way through
 /// uncut clay it meets a particle every half cell.
 const WIRE_REACH: f64 = 2.0;
@@ -23,7 +23,7 @@ const WIRE_REACH: f64 = 2.0;
 /// width, and a wire that moves without parting anything is out of the clay.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sheets {
-    /// Cell width [m].
+    /// Cell width \[m\].
     cell_width: f64,
     blades: Vec<BladeSheet>,
     used: SheetSet,
@@ -48,7 +48,7 @@ struct BladeSheet {
     /// gets another.
     is_over: bool,
     is_wire: bool,
-    /// The ends of a wire's line when the frames n and n - 1 ended, by the parity of their plans' ids [m].
+    /// The ends of a wire's line when the frames n and n - 1 ended, by the parity of their plans' ids \[m\].
     lines: [[DVec3; 2]; 2],
     /// Those of the last frame known in which it touched clay.
     touched: [DVec3; 2],
@@ -82,7 +82,7 @@ fn parity(plan_id: u64) -> usize {
     usize::from(plan_id % 2 == 1)
 }
 
-/// The ends of a wire's line when the frame ends [m]; of other blades nothing.
+/// The ends of a wire's line when the frame ends \[m\]; of other blades nothing.
 fn line(path: &ToolPath, duration: f64) -> Option<[DVec3; 2]> {
     let half_length = path.tool.shape.wire()?;
     let pose = path.pose_at(duration);

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 /// Fraction of the isolated-particle limit that a substep uses; 1e5 steps at it grow total energy by less
 /// than 1 %.
 pub const STEP_FRACTION: f64 = 0.7;
-/// Greatest particle travel per substep [cells].
+/// Greatest particle travel per substep \[cells\].
 pub const TRAVEL_MAX: f64 = 0.3;
-/// Greatest tool travel per substep [cells]: faster tools ruin J even where no particle leaks.
+/// Greatest tool travel per substep \[cells\]: faster tools ruin J even where no particle leaks.
 pub const TOOL_TRAVEL_MAX: f64 = 0.1;
 /// A tool that travels less than this in a frame stands still [cells]: rounding of its pose is 1e-10.
 const STILL_TRAVEL: f64 = 1e-6;
@@ -64,7 +64,7 @@ pub struct StepLimits {
     pub speed: f64,
     /// Anti-locking, see [`FramePlan::volume_averaging`]; [`VOLUME_AVERAGING`] by default.
     pub volume_averaging: f64,
-    /// Greatest substep [s], however much longer one would be stable.
+    /// Greatest substep \[s\], however much longer one would be stable.
     pub time_step: Option<f64>,
 }
 
@@ -82,7 +82,7 @@ impl Default for StepLimits {
 }
 
 impl StepLimits {
-    /// A plan for one frame of `duration` [s] from the state of `snapshot` (its material, cell width and
+    /// A plan for one frame of `duration` \[s\] from the state of `snapshot` (its material, cell width and
     /// particle speeds) with `tools`.
     pub fn plan(&self, snapshot: &Snapshot, duration: f64, tools: &[ToolPath]) -> FramePlan {
         let speed =
@@ -90,7 +90,7 @@ impl StepLimits {
         Self { speed, ..*self }.frame(&snapshot.material, snapshot.domain.cell_width, duration, tools)
     }
 
-    /// A plan for one frame of `duration` [s]: the fewest substeps that keep material, clay speed and tool
+    /// A plan for one frame of `duration` \[s\]: the fewest substeps that keep material, clay speed and tool
     /// speed within their limits.
     pub fn frame(&self, material: &ClayMaterial, cell_width: f64, duration: f64, tools: &[ToolPath]) -> FramePlan {
         let tool_speed = tools.iter().map(ToolPath::speed_max).fold(0.0, f64::max);

@@ -34,7 +34,7 @@ fn run(planner: &mut Planner) -> Option<FramePlan> {
     }
 }
 
-/// The report of a frame that ran in `wall` [s].
+/// The report of a frame that ran in `wall` \[s\].
 fn report(plan: &FramePlan, wall: f64) -> FrameReport {
     let mut report = FrameReport { steps: plan.steps, ..FrameReport::new(plan) };
     report.timings.total = wall;

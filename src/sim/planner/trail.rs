@@ -22,7 +22,7 @@ pub enum Backlog {
     Drop,
 }
 
-/// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out [s]: less than a
+/// How far tools lag behind the hand before [`Backlog::Drop`] leaves some of its way out \[s\]: less than a
 /// tenth of a second goes unnoticed.
 pub const LAG_MAX: f64 = 0.1;
 /// Hand time that a frame may sweep beyond its own length [s]: two samples of a clock of 1 kHz, for clocks
@@ -43,7 +43,7 @@ pub struct ToolSamples {
     pub id: u32,
     /// Shape and contact.
     pub tool: Tool,
-    /// Poses in order of time [s], of any clock that goes on from look to look; the last one is now. At least
+    /// Poses in order of time \[s\], of any clock that goes on from look to look; the last one is now. At least
     /// one. Of a tool that is new, those of the time that has passed since the last look count.
     pub samples: Vec<PoseSample>,
 }
@@ -63,7 +63,7 @@ struct Visit {
     tool: Tool,
     /// In hand time; never empty.
     samples: VecDeque<PoseSample>,
-    /// The tool's own clock at the last sample [s].
+    /// The tool's own clock at the last sample \[s\].
     own_time: f64,
     is_let_go: bool,
     /// Whether a frame was planned that sweeps some of it.
@@ -144,7 +144,7 @@ impl Visit {
         }
     }
 
-    /// Time [s] that the chord from `from` to `to` takes at the mean speed at which the tool moved between,
+    /// Time \[s\] that the chord from `from` to `to` takes at the mean speed at which the tool moved between,
     /// where it did.
     fn chord_time(&self, from: f64, to: f64) -> f64 {
         let inner = self.samples.iter().filter(|s| s.time > from && s.time < to).copied();
@@ -159,7 +159,7 @@ impl Visit {
         if way > 0.0 { time * (chord / way).min(1.0) } else { 0.0 }
     }
 
-    /// The way from `from` to `to` in a frame of `duration` [s].
+    /// The way from `from` to `to` in a frame of `duration` \[s\].
     fn path(&self, from: f64, to: f64, duration: f64) -> ToolPath {
         // Times closer than this tell rounding, not speed.
         let apart = 1e-6 * duration;
@@ -202,7 +202,7 @@ pub(super) struct Piece {
 /// The ways of all tools.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trails {
-    /// The hand's time now [s].
+    /// The hand's time now \[s\].
     clock: f64,
     /// Up to where frames have been planned.
     swept: f64,
@@ -217,7 +217,7 @@ pub(super) struct Trails {
 }
 
 impl Trails {
-    /// Lets `time` [s] pass, in which the tools went these ways; those not among them have been let go of.
+    /// Lets `time` \[s\] pass, in which the tools went these ways; those not among them have been let go of.
     pub(super) fn pass(&mut self, time: f64, tools: &[ToolSamples]) {
         let before = self.clock;
         self.clock += time;
@@ -255,7 +255,7 @@ impl Trails {
         self.visits.push(visit);
     }
 
-    /// The hand's time that the tools lag behind it [s].
+    /// The hand's time that the tools lag behind it \[s\].
     pub(super) fn lag(&self) -> f64 {
         self.clock - self.swept
     }
@@ -265,8 +265,8 @@ impl Trails {
         self.seen.get(&key).copied()
     }
 
-    /// What the next frame sweeps: `owed` [s] of the way, and as much more of a backlog as it can within
-    /// `most` [s]. It is swept again until [`Self::send`] says that an engine has taken the frame.
+    /// What the next frame sweeps: `owed` \[s\] of the way, and as much more of a backlog as it can within
+    /// `most` \[s\]. It is swept again until [`Self::send`] says that an engine has taken the frame.
     pub(super) fn piece(&mut self, owed: f64, most: f64, backlog: Backlog) -> Piece {
         let slack = CLOCK_SLACK.min(SLACK_PART * owed);
         if self.lag() > owed + slack {
@@ -342,7 +342,7 @@ impl Trails {
 
     /// The oldest frame under way has ended. What a frame that was given up had to sweep is swept again by
     /// the next one that is planned after all under way have ended; if that fails too, without the tools that
-    /// were let go of. The time [s] that was given up.
+    /// were let go of. The time \[s\] that was given up.
     pub(super) fn end(&mut self, is_given_up: bool) -> f64 {
         let Some(sweep) = self.under_way.pop_front() else { return 0.0 };
         if is_given_up {
@@ -362,7 +362,7 @@ impl Trails {
         if is_given_up { sweep.duration } else { 0.0 }
     }
 
-    /// The frames under way will never end. The time [s] that is given up with them.
+    /// The frames under way will never end. The time \[s\] that is given up with them.
     pub(super) fn lose_all(&mut self) -> f64 {
         let time = (0..self.under_way.len()).map(|_| self.end(true)).sum();
         // That was not the tools' fault.

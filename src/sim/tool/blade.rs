@@ -11,18 +11,18 @@ use super::outline::{Foot, Outline};
 use super::path::{Motion, Pose};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Half the width of the band about a blade in which nodes are two-sided and particles take a side [cells]: a
+/// Half the width of the band about a blade in which nodes are two-sided and particles take a side \[cells\]: a
 /// quadratic spline reaches 1.5.
 pub const BAND: f64 = 1.5;
 
-/// Where a particle found behind a blade is put: this far in front of it [cells].
+/// Where a particle found behind a blade is put: this far in front of it \[cells\].
 pub const SET_BACK: f64 = 1e-3;
 
-/// Least reach [cells] that [`traction_share`] divides by: where hardly any clay reaches the node the share
+/// Least reach \[cells\] that [`traction_share`] divides by: where hardly any clay reaches the node the share
 /// grows beyond all bounds.
 pub(crate) const TRACTION_REACH_MIN: f64 = 1e-3;
 
-/// Acceleration of a node at `distance` [cells] before a plane, positive in the clay, by a traction t of the
+/// Acceleration of a node at `distance` \[cells\] before a plane, positive in the clay, by a traction t of the
 /// plane on the clay, over `t / (rho_s dx)`.
 ///
 /// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic
@@ -39,7 +39,7 @@ pub fn traction_share(distance: f64) -> f64 {
     at_plane / in_clay
 }
 
-/// Velocity that a sticking blade leaves of `velocity` at a node `distance` [cells] before it, whose surface
+/// Velocity that a sticking blade leaves of `velocity` at a node `distance` \[cells\] before it, whose surface
 /// moves at `surface`, the normal towards the clay.
 ///
 /// Across the plane the node is held up to [`CONTACT_OFFSET`]; along it the blade takes it along with a

@@ -6,7 +6,7 @@ use super::shape::ToolShape;
 use super::touch::TOUCH_OFFSET;
 use serde::{Deserialize, Serialize};
 
-/// Offset of contact [cells]: nodes closer than this to a solid shape, or less than this before a blade, take
+/// Offset of contact \[cells\]: nodes closer than this to a solid shape, or less than this before a blade, take
 /// part in the contact, so that the clay's outer face rests on the drawn surface. With 0 the face ends 0.26
 /// (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held off by 1.0 to 1.2; `validate physics`
 /// measures it again (cases `tool offset`).
@@ -60,7 +60,7 @@ impl Contact {
         }
     }
 
-    /// Nodes closer than this [cells] to a solid tool take part in its contact.
+    /// Nodes closer than this \[cells\] to a solid tool take part in its contact.
     pub(crate) fn offset(&self) -> f64 {
         if self.can_part() { TOUCH_OFFSET } else { CONTACT_OFFSET }
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Where a tool is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Position of the tool's origin [m].
+    /// Position of the tool's origin \[m\].
     pub position: DVec3,
     /// Rotation from the tool's frame to the world.
     pub rotation: DQuat,
@@ -20,12 +20,12 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// World point [m] -> the tool's frame [m].
+    /// World point \[m\] -> the tool's frame \[m\].
     pub fn to_local(&self, world: DVec3) -> DVec3 {
         self.rotation.inverse() * (world - self.position)
     }
 
-    /// Point in the tool's frame [m] -> world [m].
+    /// Point in the tool's frame \[m\] -> world \[m\].
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.rotation * local + self.position
     }
@@ -35,7 +35,7 @@ impl Pose {
         Self { position: self.position.lerp(other.position, t), rotation: self.rotation.slerp(other.rotation, t) }
     }
 
-    /// Way [m] to `other` of any point within `radius` [m] of the tool's origin, at most.
+    /// Way \[m\] to `other` of any point within `radius` \[m\] of the tool's origin, at most.
     pub fn way(&self, other: Self, radius: f64) -> f64 {
         // By atan2: an arc cosine of nearly 1 sees turns of 3e-8 where there is none.
         let between = self.rotation.inverse() * other.rotation;
@@ -86,7 +86,7 @@ impl ToolPath {
         if self.sheet != 0 { self.sheet } else { self.id.to_le_bytes()[0].max(1) }
     }
 
-    /// The pose at `time` [s]: position linear, rotation slerp between samples. A path without samples stays
+    /// The pose at `time` \[s\]: position linear, rotation slerp between samples. A path without samples stays
     /// at the world's origin.
     pub fn pose_at(&self, time: f64) -> Pose {
         let next = self.samples.partition_point(|s| s.time <= time);
@@ -98,7 +98,7 @@ impl ToolPath {
         }
     }
 
-    /// The motion over one substep from `start` to `end` [s].
+    /// The motion over one substep from `start` to `end` \[s\].
     pub fn motion(&self, start: f64, end: f64) -> Motion {
         Motion { start: self.pose_at(start), end: self.pose_at(end), duration: end - start }
     }
@@ -128,7 +128,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Velocity [m/s] over the substep of the tool's material point that stands at `world` [m] at its end.
+    /// Velocity [m/s] over the substep of the tool's material point that stands at `world` \[m\] at its end.
     pub fn velocity_at(&self, world: DVec3) -> DVec3 {
         (world - self.start.to_world(self.end.to_local(world))) / self.duration
     }

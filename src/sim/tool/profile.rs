@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Most points of a profile: 32 rectangles, 64 triangles.
 pub const PROFILE_POINTS: usize = 33;
 
-/// Points (x, z) [m] in order; the front is to the left of the way along them, so that a straight profile
+/// Points (x, z) \[m\] in order; the front is to the left of the way along them, so that a straight profile
 /// along +X has it at +Z. A profile whose last point is its first is a ring.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<DVec2>", into = "Vec<DVec2>")]
@@ -36,7 +36,7 @@ impl Profile {
         Self { points, count: 3 }
     };
 
-    /// A profile of these points [m].
+    /// A profile of these points \[m\].
     ///
     /// # Errors
     /// Fewer than 2 or more than [`PROFILE_POINTS`] points, points that are not finite or out of [`LENGTH`],
@@ -124,7 +124,7 @@ impl Profile {
         self.nearest(DVec2::new(local.x, local.z)).distance.hypot(beyond)
     }
 
-    /// Greatest distance [m] of a point from the origin.
+    /// Greatest distance \[m\] of a point from the origin.
     pub(super) fn radius(&self) -> f64 {
         self.points().iter().map(|p| p.length()).fold(0.0, f64::max)
     }

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 /// plane leave no hole, and one layer is closed.
 pub(crate) const SPACING: f64 = 0.5;
 
-/// Distances that differ by less are equal [cells].
+/// Distances that differ by less are equal \[cells\].
 const TIE: f64 = 1e-9;
 
 /// A point of a tool in its own frame.
@@ -75,7 +75,7 @@ fn bent(profile: &Profile, half_height: f64, spacing: f64) -> Vec<Sample> {
 /// What a sampled tool is to the nodes in one substep.
 #[derive(Clone, Debug)]
 pub(crate) enum Sampled {
-    /// Of a blade's rigid particles, at the substep's end: the signed distance [cells] of the nodes about
+    /// Of a blade's rigid particles, at the substep's end: the signed distance \[cells\] of the nodes about
     /// them from the nearest of them, and the front's normal there.
     Sides(HashMap<IVec3, (f64, DVec3)>),
     /// Of a tool's interactive particles, where they are at the substep's start: mass and momentum at the
@@ -127,7 +127,7 @@ impl Sampled {
         }
     }
 
-    /// Signed distance [cells] of a node from the nearest rigid particle and the normal of the front there,
+    /// Signed distance \[cells\] of a node from the nearest rigid particle and the normal of the front there,
     /// if the node is about one.
     pub(crate) fn side(&self, node: IVec3) -> Option<(f64, DVec3)> {
         match self {
@@ -144,7 +144,7 @@ impl Sampled {
         }
     }
 
-    /// The side (+1, -1, or 0 where it is undecided) that most of the nodes of a particle at `at` [cells]
+    /// The side (+1, -1, or 0 where it is undecided) that most of the nodes of a particle at `at` \[cells\]
     /// have, `sign(sum w T |d|)`, if any of them has one.
     pub(crate) fn colour(&self, at: DVec3) -> Option<i8> {
         let sides = nodes(at).filter_map(|(node, weight)| Some(weight * self.side(node)?.0));
@@ -153,7 +153,7 @@ impl Sampled {
     }
 }
 
-/// The 3^3 nodes about `at` [cells], and the weight of each.
+/// The 3^3 nodes about `at` \[cells\], and the weight of each.
 fn nodes(at: DVec3) -> impl Iterator<Item = (IVec3, f64)> {
     let base = (at - 0.5).floor();
     (0..27).map(move |i| {

@@ -14,34 +14,34 @@ use serde::{Deserialize, Serialize};
 pub enum ToolShape {
     /// A ball about the origin.
     Sphere {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A rod with round ends along the local Y axis.
     Capsule {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Half the length of the axis between the two centres [m].
+        /// Half the length of the axis between the two centres \[m\].
         half_length: f64,
     },
     /// A block about the origin.
     Box {
-        /// Half the edge lengths [m].
+        /// Half the edge lengths \[m\].
         half_size: DVec3,
     },
     /// A blade without thickness: a rectangle in the local XY plane, its front along +Z.
     Blade {
-        /// Half the extent along local X [m].
+        /// Half the extent along local X \[m\].
         half_width: f64,
-        /// Half the extent along local Y [m].
+        /// Half the extent along local Y \[m\].
         half_height: f64,
     },
     /// A blade with a point: a triangle in the local XY plane, its tip at -`half_height`, its base of twice
     /// `half_width` at +`half_height`; its front along +Z.
     PointedBlade {
-        /// Half the base along local X [m].
+        /// Half the base along local X \[m\].
         half_width: f64,
-        /// Half the way from the tip to the base along local Y [m].
+        /// Half the way from the tip to the base along local Y \[m\].
         half_height: f64,
     },
     /// A blade bent along a profile in the local XZ plane, of constant height along local Y: gouges, loops,
@@ -49,20 +49,20 @@ pub enum ToolShape {
     BentBlade {
         /// The bend.
         profile: Profile,
-        /// Half the extent along local Y [m].
+        /// Half the extent along local Y \[m\].
         half_height: f64,
     },
     /// A taut wire along local X, without thickness: it parts the clay that it passes and pushes none. The
     /// front of its cut is where local Z points.
     Wire {
-        /// Half its length [m].
+        /// Half its length \[m\].
         half_length: f64,
     },
     /// A solid cone about the local Y axis, its tip at the low end.
     Cone {
-        /// Radius of the flat end, at +`half_height` [m].
+        /// Radius of the flat end, at +`half_height` \[m\].
         radius: f64,
-        /// Half the way from the tip, at -`half_height`, to the flat end [m].
+        /// Half the way from the tip, at -`half_height`, to the flat end \[m\].
         half_height: f64,
     },
 }
@@ -81,7 +81,7 @@ variants! {
 }
 
 impl ToolShape {
-    /// Signed distance [m] from `local` to a solid shape, negative inside; to a blade, the unsigned distance.
+    /// Signed distance \[m\] from `local` to a solid shape, negative inside; to a blade, the unsigned distance.
     pub fn distance(&self, local: DVec3) -> f64 {
         match *self {
             Self::Sphere { radius } => local.length() - radius,
@@ -162,7 +162,7 @@ impl ToolShape {
         self.wire().is_some()
     }
 
-    /// Half the length of a wire [m]; none for other shapes.
+    /// Half the length of a wire \[m\]; none for other shapes.
     pub(crate) fn wire(&self) -> Option<f64> {
         match *self {
             Self::Wire { half_length } => Some(half_length),
@@ -176,7 +176,7 @@ impl ToolShape {
         }
     }
 
-    /// A ball that is larger by `growth` [m]; none for other shapes.
+    /// A ball that is larger by `growth` \[m\]; none for other shapes.
     pub(crate) fn grown_ball(&self, growth: f64) -> Option<Self> {
         match *self {
             Self::Sphere { radius } => Some(Self::Sphere { radius: radius + growth }),
@@ -201,7 +201,7 @@ impl ToolShape {
         })
     }
 
-    /// Radius [m] of a ball about the origin that holds the shape.
+    /// Radius \[m\] of a ball about the origin that holds the shape.
     pub fn bounding_radius(&self) -> f64 {
         match *self {
             Self::Sphere { radius } => radius,

@@ -7,11 +7,11 @@
 //! from mean positions at the nodes. A mean over the stencil is blind to tips and edges, where most of it is
 //! far from the tool; what touches is summed here instead.
 
-/// Offset of a separating tool's contact [cells]: nodes closer than this take part where clay touches. Half a
+/// Offset of a separating tool's contact \[cells\]: nodes closer than this take part where clay touches. Half a
 /// cell: there is always one plane of nodes within half a cell of a face.
 pub const TOUCH_OFFSET: f64 = 0.5;
 
-/// A particle begins to touch and touches wholly within this length [cells]: a small error of a distance
+/// A particle begins to touch and touches wholly within this length \[cells\]: a small error of a distance
 /// stays a small error of the motion.
 pub const TOUCH_FADE: f64 = 0.1;
 
@@ -22,14 +22,14 @@ pub const TOUCH_SHARE: f64 = 0.25;
 /// a cell of the layer, two along each edge.
 pub(crate) const LAYER_DEPTH: f64 = 0.25;
 
-/// How much a particle touches a tool at `distance` [cells] from its centre if its clay reaches `radius`
-/// [cells] about it, half the cube root of its volume: [`TOUCH_SHARE`] where its face is on the surface, 1
+/// How much a particle touches a tool at `distance` \[cells\] from its centre if its clay reaches `radius`
+/// \[cells\] about it, half the cube root of its volume: [`TOUCH_SHARE`] where its face is on the surface, 1
 /// further in, 0 away.
 pub fn particle_touch(distance: f64, radius: f64) -> f64 {
     (TOUCH_SHARE + (radius - distance) / TOUCH_FADE).clamp(0.0, 1.0)
 }
 
-/// The quadratic B-spline at `distance` [cells] from a node [-].
+/// The quadratic B-spline at `distance` \[cells\] from a node [-].
 pub(crate) fn spline(distance: f64) -> f64 {
     let r = distance.abs();
     if r < 0.5 { 0.75 - r * r } else { 0.5 * (1.5 - r).max(0.0).powi(2) }

@@ -11,13 +11,13 @@ use std::mem::offset_of;
 pub struct MeshTarget<'a> {
     /// Vertices of 7 words.
     pub vertices: &'a wgpu::Buffer,
-    /// The first one [vertices].
+    /// The first one \[vertices\].
     pub vertex_first: u32,
     /// Most vertices.
     pub vertex_capacity: u32,
     /// Indices, from 0 for the first vertex.
     pub indices: &'a wgpu::Buffer,
-    /// The first one [indices].
+    /// The first one \[indices\].
     pub index_first: u32,
     /// Most indices.
     pub index_capacity: u32,

@@ -26,17 +26,17 @@ twins! {
         pub blocks: [i32; 3] = "vec3i",
         /// particles
         pub particle_count: u32 = "u32",
-        /// greatest place of a particle [cells]
+        /// greatest place of a particle \[cells\]
         pub usable: [f32; 3] = "vec3f",
-        /// of visual nodes [m]
+        /// of visual nodes \[m\]
         pub spacing: f32 = "f32",
-        /// of visual node 0 [m]
+        /// of visual node 0 \[m\]
         pub origin: [f32; 3] = "vec3f",
         /// threshold
         pub iso: f32 = "f32",
         /// nodes per cell
         pub scale: f32 = "f32",
-        /// of this level's lattice [nodes]
+        /// of this level's lattice \[nodes\]
         pub shift: f32 = "f32",
         /// nodes in stored blocks before the first node of a stencil
         pub reach_low: i32 = "i32",
@@ -54,11 +54,11 @@ twins! {
         pub taps: [f32; 8] = "array<vec4f, 2>",
         /// sheets with room for their fields
         pub sheet_capacity: u32 = "u32",
-        /// where vertices begin in their buffer [vertices]
+        /// where vertices begin in their buffer \[vertices\]
         pub vertex_first: u32 = "u32",
         /// vertices that there is room for
         pub vertex_capacity: u32 = "u32",
-        /// where indices begin in their buffer [indices]
+        /// where indices begin in their buffer \[indices\]
         pub index_first: u32 = "u32",
         /// indices that there is room for
         pub index_capacity: u32 = "u32",
@@ -70,7 +70,7 @@ twins! {
         pub method: u32 = "u32",
         /// whether particles that the surface does not show are drawn as balls
         pub has_grains: u32 = "u32",
-        /// [m]
+        /// \[m\]
         pub cell_width: f32 = "f32",
         /// nothing
         pub spare: [u32; 2] = "vec2u",

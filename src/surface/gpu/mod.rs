@@ -21,7 +21,7 @@
 //!
 //! Sums are in fixed point, and slots and regions are dealt by prefix sums, so runs repeat bit by bit.
 //!
-//! Vertices are 7 words: place [m], normal, and the number of their edge and variant. Those on the faces of
+//! Vertices are 7 words: place \[m\], normal, and the number of their edge and variant. Those on the faces of
 //! blocks of 8^3 nodes stand in each block that has them, with the same place, normal and number: so the mesh
 //! is closed to the eye and can be merged by number, in rooms of up to 290 cells a side (580 with nodes every
 //! cell): beyond that numbers repeat. Behind them come, if asked for, balls for the particles that the

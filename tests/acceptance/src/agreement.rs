@@ -3,10 +3,11 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
+use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec2, DVec3, IVec3};
 use std::f64::consts::PI;
 
-/// Cell width [m].
+/// Cell width \[m\].
 pub const CELL: f64 = 0.01;
 
 /// Clay and the frame that it goes through.
@@ -25,7 +26,7 @@ pub struct Agreement {
     pub name: String,
     /// The case.
     pub case: Case,
-    /// Of positions [cells] and velocities [cells/substep]; three times that of affine velocities.
+    /// Of positions \[cells\] and velocities [cells/substep]; three times that of affine velocities.
     pub position: f64,
     /// Of elastic strains [-].
     pub strain: f64,
@@ -125,7 +126,7 @@ fn compare(engine: &mut dyn Engine, case: &Case) -> (Difference, FrameReport, Fr
     (d, report, reference)
 }
 
-/// Gives each particle the velocity [m/s] of its place [cells].
+/// Gives each particle the velocity [m/s] of its place \[cells\].
 pub fn velocities(snapshot: &mut Snapshot, v: impl Fn(DVec3) -> DVec3) {
     for p in &mut snapshot.particles {
         p.velocity = v(p.grid()).as_vec3().to_array();

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// Cell width of the cases [m]: not 1, so that a missing factor shows.
+/// Cell width of the cases \[m\]: not 1, so that a missing factor shows.
 pub const DX: f64 = 0.004;
 
 /// How large the cases are.
@@ -43,12 +43,12 @@ pub fn elastic(poisson_ratio: f64) -> ClayMaterial {
     ClayMaterial { yield_stress: f64::INFINITY, poisson_ratio, ..Preset::SoftClay.material() }
 }
 
-/// Time step [s] of CFL number `cfl` = c dt / dx.
+/// Time step \[s\] of CFL number `cfl` = c dt / dx.
 pub fn wave_step(material: &ClayMaterial, cfl: f64) -> f64 {
     cfl * DX / material.wave_speed(material.density)
 }
 
-/// Time step [s] at the default fraction of the stability limit.
+/// Time step \[s\] at the default fraction of the stability limit.
 pub fn stable_step(material: &ClayMaterial) -> f64 {
     bevy_clay::sim::planner::STEP_FRACTION * material.time_step_limit(DX, material.density)
 }
@@ -64,7 +64,7 @@ pub fn room_with(cells: [i32; 3], walls: Walls) -> Domain {
     Domain::new(low, low + IVec3::from_array(cells).as_dvec3() * DX, DX, walls).expect("a sound room")
 }
 
-/// World position [m] of a point given in cells from the room's low corner.
+/// World position \[m\] of a point given in cells from the room's low corner.
 pub fn world(domain: &Domain, cells: DVec3) -> DVec3 {
     domain.to_world(cells + f64::from(WALL_NODE))
 }
@@ -163,7 +163,7 @@ pub struct Mover {
     pub id: u32,
     /// The tool.
     pub tool: Tool,
-    /// Where it is [m].
+    /// Where it is \[m\].
     pub pose: Pose,
     /// How it moves [m/s].
     pub velocity: DVec3,
@@ -176,7 +176,7 @@ impl Mover {
         Self { id: 1, tool, pose: Pose { position: world(domain, at), rotation }, velocity: DVec3::ZERO }
     }
 
-    /// The tool's way over the next `duration` [s]; moves it there.
+    /// The tool's way over the next `duration` \[s\]; moves it there.
     pub fn path(&mut self, duration: f64) -> ToolPath {
         let start = self.pose;
         self.pose.position += self.velocity * duration;

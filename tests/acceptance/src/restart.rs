@@ -1,7 +1,9 @@
 //! Runs that are stopped and go on, and runs that are replayed: they have the bits of those that were not.
 
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
 use bevy_clay::scene::recording::{Event, Origin};
+use bevy_clay::sim::prelude::*;
 use std::path::Path;
 
 /// A ball presses into a block and a blade cuts it meanwhile; inertia is scaled while they do, so that plans
@@ -50,7 +52,7 @@ fn run_scene(engine: &mut dyn Engine, built: &BuiltScene, mut planner: Planner, 
 }
 
 fn scene() -> BuiltScene {
-    Scene::from_ron(SCENE).and_then(|scene| scene.build(Path::new("."))).expect("a sound scene")
+    ClayScene::from_ron(SCENE).and_then(|scene| scene.build(Path::new("."))).expect("a sound scene")
 }
 
 /// A scene restarted after some of its frames, mid-press and mid-cut, from the files of clay and planner, on

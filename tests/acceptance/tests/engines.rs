@@ -2,6 +2,7 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
+use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::validation::Validation;
 use bevy_clay::sim::validation::{AffineDrive, Manufactured};
 use clay_acceptance::agreement::{self, Agreement, CELL, Case, assert_close, block, floor_walls, moving, plan, soft, velocities};

@@ -15,7 +15,7 @@ pub fn along_x() -> DQuat {
     DQuat::from_rotation_y(FRAC_PI_2)
 }
 
-/// Depth beyond the blade's plane from which a particle counts as through [cells]: clay pressed against the
+/// Depth beyond the blade's plane from which a particle counts as through \[cells\]: clay pressed against the
 /// blade stands up to a substep's travel behind it until the next substep puts it back.
 pub const DEPTH: f64 = 0.1;
 
@@ -56,7 +56,7 @@ impl Witness {
     }
 
     /// Watches one frame of one substep in which a particle went from `before` to `after`, both in the
-    /// blade's frame then [m]. If the engine cut the frame into several (`is_cut_up`), the way between is not
+    /// blade's frame then \[m\]. If the engine cut the frame into several (`is_cut_up`), the way between is not
     /// known, and only what ends at the rectangle is counted.
     pub fn watch(&mut self, index: usize, before: DVec3, after: DVec3, is_cut_up: bool) {
         let sign = |q: DVec3| if q.z < 0.0 { -1 } else { 1 };

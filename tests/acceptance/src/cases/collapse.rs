@@ -34,9 +34,9 @@ pub struct Collapse {
     material: ClayMaterial,
     tool: Tool,
     pose: Pose,
-    /// Height of the block [cells].
+    /// Height of the block \[cells\].
     pub height: f64,
-    /// Energy that the tool has brought into the clay [J].
+    /// Energy that the tool has brought into the clay \[J\].
     pub tool_work: f64,
 }
 
@@ -47,7 +47,7 @@ fn edge(cells_per_metre: i32) -> i32 {
 }
 
 impl Collapse {
-    /// The block of `material` at rest, `dt` [s] a substep, on `threads` cores (0 for all).
+    /// The block of `material` at rest, `dt` \[s\] a substep, on `threads` cores (0 for all).
     pub fn new(material: ClayMaterial, cells_per_metre: i32, dt: f64, touch: Touch, threads: usize) -> Self {
         let dx = ROOM / f64::from(cells_per_metre);
         let walls = Walls { low: [Wall::Separate, Wall::Stick, Wall::Slip], high: [Wall::Separate, Wall::Separate, Wall::Slip] };
@@ -81,7 +81,7 @@ impl Collapse {
         Self { lab, domain, material, tool, pose: Pose { position, rotation }, height, tool_work: 0.0 }
     }
 
-    /// Puts the tool at `height` [cells] above the floor, between frames.
+    /// Puts the tool at `height` \[cells\] above the floor, between frames.
     pub fn jump(&mut self, height: f64) {
         self.pose.position.y = height * self.domain.cell_width;
     }
@@ -98,7 +98,7 @@ impl Collapse {
         report
     }
 
-    /// Kinetic, elastic and potential energy [J]. Elastic energy is multiplied as the stress is.
+    /// Kinetic, elastic and potential energy \[J\]. Elastic energy is multiplied as the stress is.
     pub fn energy(&self, report: &FrameReport, particles: &[Particle]) -> f64 {
         let dx = self.domain.cell_width;
         let of = |p: &Particle| {
@@ -122,7 +122,7 @@ impl Collapse {
         self.material.lame_mu() * square + 0.5 * self.material.lame_lambda() * trace * trace
     }
 
-    /// Mean drop [m] of the block's upper corners, particles within 2 cells of a side and one of the top,
+    /// Mean drop \[m\] of the block's upper corners, particles within 2 cells of a side and one of the top,
     /// since `start`.
     pub fn corner_drop(&self, start: &[Particle], now: &[Particle]) -> f64 {
         let middle = ROOM / 2.0 / self.domain.cell_width + f64::from(WALL_NODE);

@@ -88,9 +88,9 @@ fn stretch(modulus: f64, load: f64) -> f64 {
 /// as in the reference computation.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
-    /// Height H [cells].
+    /// Height H \[cells\].
     pub cells: i32,
-    /// Width along both other axes [cells].
+    /// Width along both other axes \[cells\].
     pub across: i32,
     /// Particles along each axis of a cell.
     pub per_axis: i32,

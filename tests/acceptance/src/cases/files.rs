@@ -2,7 +2,7 @@
 
 use crate::lab::{Size, block, room};
 use crate::report::Row;
-use bevy_clay::prelude::{ExportOptions, ImportedMesh, MeshFormat, Scene, write_bodies, write_mesh};
+use bevy_clay::scene::prelude::{ClayScene, ExportOptions, ImportedMesh, MeshFormat, write_bodies, write_mesh};
 use bevy_clay::scene::resample::surface_source;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::check::MeshCheck;
@@ -24,7 +24,7 @@ const SIMPLIFY: f64 = 2e-5;
 /// The displayed mesh of clay that is filled from a mesh of `folder`, in the words of a scene file.
 fn displayed(folder: &Path, body: &str, cell_width: f64) -> Mesh {
     let text = format!("(clay: [Mesh({body})], cell_width: {cell_width})");
-    let built = Scene::from_ron(&text).and_then(|scene| scene.build(folder)).expect("a sound scene");
+    let built = ClayScene::from_ron(&text).and_then(|scene| scene.build(folder)).expect("a sound scene");
     extract(&surface_source(&built.snapshot.domain, &built.snapshot.particles), &SurfaceSettings::default())
 }
 

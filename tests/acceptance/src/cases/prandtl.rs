@@ -26,9 +26,9 @@ const FLOWING: f64 = 0.01;
 /// One run: half of a strip of width B, by symmetry.
 #[derive(Clone, Copy, Debug)]
 pub struct Punch {
-    /// Width B [cells], even.
+    /// Width B \[cells\], even.
     pub width: i32,
-    /// Thickness of the slab between slip walls [cells].
+    /// Thickness of the slab between slip walls \[cells\].
     pub slab: i32,
     /// Particles along each axis of a cell.
     pub per_axis: i32,
@@ -53,7 +53,7 @@ pub struct Bearing {
     pub factor: f64,
     /// Rms over the flowing particles of pressure less the mean of its cell, over k.
     pub noise: f64,
-    /// Width of the strip that moves down with the tool, by half of its way [cells].
+    /// Width of the strip that moves down with the tool, by half of its way \[cells\].
     pub width: f64,
     /// Particles.
     pub particles: usize,
@@ -77,7 +77,7 @@ impl Punch {
         }
     }
 
-    /// The clay [cells].
+    /// The clay \[cells\].
     pub fn size(&self) -> IVec3 {
         let [across, deep] = self.room.map(|r| (r * f64::from(self.width)).round() as i32);
         IVec3::new(across, deep, self.slab)

@@ -1,6 +1,7 @@
 //! What frames hand out: as much as was asked for, and the state to whoever asks without a frame.
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, Case};
 use glam::IVec3;
 use libtest_mimic::Failed;

@@ -10,6 +10,7 @@ mod scene;
 mod stopped;
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, Agreement, Case, assert_close};
 use clay_acceptance::restart;
 use libtest_mimic::{Arguments, Failed, Trial};

@@ -3,6 +3,7 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
+use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, CELL, Case, SEPARATE, moving};
 use glam::{DQuat, DVec3, IVec3};
 use libtest_mimic::Failed;

@@ -1,6 +1,7 @@
 //! Trouble on the device: found, acted on, named; nothing of the clay lost.
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, CELL, Case};
 use clay_acceptance::cases::blade::along_x;
 use clay_acceptance::lab::{Mover, block as block_of, room, wave_step};

@@ -1,6 +1,8 @@
 //! The carved bunny on both engines: two solvers that share no line of code tell the same story.
 
 use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
+use bevy_clay::sim::prelude::*;
 use glam::DVec3;
 use libtest_mimic::Failed;
 use std::path::Path;
@@ -49,7 +51,7 @@ fn whole(s: &Snapshot) -> (DVec3, f64) {
 /// impulses 2e-4.)
 pub(crate) fn engines_carve_the_same_bunny(engine: &mut GpuEngine) -> Result<(), Failed> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/bunny_carve.ron");
-    let mut scene = Scene::load(&file).map_err(|e| e.to_string())?;
+    let mut scene = ClayScene::load(&file).map_err(|e| e.to_string())?;
     scene.cell_width *= 3.0;
     let built = scene.build(file.parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
     let ours = carve(engine, &built)?;

@@ -2,6 +2,7 @@
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::engine::StateTicket;
+use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, Case};
 use glam::IVec3;
 use libtest_mimic::Failed;

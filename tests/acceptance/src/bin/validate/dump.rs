@@ -1,7 +1,7 @@
 //! Data for peers, programs in Python under benches/peers: files in every format, particles, fields, and our
 //! own figures on them.
 
-use bevy_clay::prelude::{ExportFormat, write_mesh};
+use bevy_clay::scene::prelude::{ExportFormat, write_mesh};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::extract::{extract, extract_field};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};

@@ -41,7 +41,7 @@ impl Random {
     }
 }
 
-/// Cell width [m].
+/// Cell width \[m\].
 pub const CELL: f64 = 0.001;
 
 /// A cube of a room, `cells` wide.
@@ -50,7 +50,7 @@ pub fn domain(cells: f64) -> Domain {
 }
 
 /// Points of a lattice of half a cell, jittered by `jitter` lattice spacings, for which `is_in` holds
-/// [cells].
+/// \[cells\].
 pub fn lattice(low: DVec3, high: DVec3, jitter: f64, random: &mut Random, is_in: impl Fn(DVec3) -> bool) -> Vec<DVec3> {
     let mut points = Vec::new();
     let n = ((high - low) * 2.0).round().as_uvec3();
@@ -68,7 +68,7 @@ pub fn lattice(low: DVec3, high: DVec3, jitter: f64, random: &mut Random, is_in:
     points
 }
 
-/// Clay at `points` [cells], 8 particles per cell, with the given packed tags.
+/// Clay at `points` \[cells\], 8 particles per cell, with the given packed tags.
 pub fn source(domain: Domain, points: &[DVec3], tags: impl Fn(usize) -> u32, volume_ratio: f64) -> SurfaceSource {
     let particle = |(i, p): (usize, &DVec3)| SurfaceParticle {
         position: p.as_vec3().to_array(),
@@ -79,7 +79,7 @@ pub fn source(domain: Domain, points: &[DVec3], tags: impl Fn(usize) -> u32, vol
     SurfaceSource { domain, particles: points.iter().enumerate().map(particle).collect::<Vec<_>>().into() }
 }
 
-/// Middle of [`ball`] [cells]: no node, no middle of nodes.
+/// Middle of [`ball`] \[cells\]: no node, no middle of nodes.
 pub const BALL_CENTRE: DVec3 = DVec3::new(22.13, 21.87, 22.31);
 
 /// A ball of `radius` cells.
@@ -138,13 +138,13 @@ pub fn dented(source: &SurfaceSource) -> SurfaceSource {
 pub struct Cut {
     /// The plane's normal.
     pub normal: DVec3,
-    /// A point of the plane [cells].
+    /// A point of the plane \[cells\].
     pub point: DVec3,
     /// The cut is where p . direction > depth; zero and the least number for a cut right through.
     pub end: (DVec3, f64),
 }
 
-/// How far clay at a cut is tagged [cells].
+/// How far clay at a cut is tagged \[cells\].
 pub const BAND: f64 = 3.0;
 
 impl Cut {
@@ -153,7 +153,7 @@ impl Cut {
         Self { normal, point, end: (DVec3::ZERO, f64::MIN) }
     }
 
-    /// Distance of a point from the plane [cells].
+    /// Distance of a point from the plane \[cells\].
     pub fn distance(&self, p: DVec3) -> f64 {
         (p - self.point).dot(self.normal)
     }
@@ -165,12 +165,12 @@ impl Cut {
     }
 }
 
-/// Middle of [`CutCube`] [cells].
+/// Middle of [`CutCube`] \[cells\].
 pub const CUBE_CENTRE: DVec3 = DVec3::new(18.0, 18.0, 18.0);
 
 /// A cube of 12 cells with cuts, and the number of bodies that it is in.
 pub struct CutCube {
-    /// Its particles [cells].
+    /// Its particles \[cells\].
     pub points: Vec<DVec3>,
     /// Its cuts.
     pub cuts: Vec<Cut>,
@@ -299,9 +299,9 @@ pub fn affine(random: &mut Random) -> DMat3 {
 pub struct Lips {
     /// Areas of the lip of the back body, which faces forward, and of the front body [m^2].
     pub areas: [f64; 2],
-    /// Mean distance of the front body's lip from the back body's, along the normal [cells].
+    /// Mean distance of the front body's lip from the back body's, along the normal \[cells\].
     pub gap: f64,
-    /// Distance from the plane, rms [cells].
+    /// Distance from the plane, rms \[cells\].
     pub rms: f64,
 }
 

@@ -69,7 +69,7 @@ impl Output {
 }
 
 /// What tells a mesh from another, whose triangles may be in any order: counts, or triangles whose centres
-/// are not within `distance` [m] of one of the other's.
+/// are not within `distance` \[m\] of one of the other's.
 pub fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<String> {
     let counts = |m: &Mesh| (m.positions.len(), m.triangles.len());
     if counts(ours) != counts(theirs) {
@@ -88,7 +88,7 @@ pub fn difference(ours: &Mesh, theirs: &Mesh, distance: f32) -> Option<String> {
     (lost > 0).then(|| format!("{lost} triangles that the other has not"))
 }
 
-/// What tells grains from others [m]: which particles they are, places 1e-4 cells apart, radii 1e-3. Those
+/// What tells grains from others \[m\]: which particles they are, places 1e-4 cells apart, radii 1e-3. Those
 /// that hardly show, with a radius of 0.02 cells, may be there or not.
 pub fn grain_difference(ours: &[Grain], theirs: &[Grain], cell_width: f64) -> Option<String> {
     let cells = |length: f32| f64::from(length) / cell_width;
