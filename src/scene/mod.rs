@@ -20,6 +20,7 @@
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
 //! | [`pieces`]  | snapshot                | which particles hold together; the clay without offcuts    |
+//! | [`history`] | snapshots, by strokes   | those before, undone and redone to the bit                 |
 //! | [`export`]  | surface, snapshot       | bodies in STL, PLY, OBJ, 3MF, GLB; particles in PLY        |
 //! | [`recording`]| a run                  | a file of it; events of such a file                        |
 //! | [`error`]   | whatever went wrong     | one line that names file, line and field                   |
@@ -31,6 +32,7 @@ pub mod error;
 pub mod export;
 pub mod file;
 pub mod fill;
+pub mod history;
 pub mod import;
 pub mod line;
 pub mod pieces;
@@ -52,6 +54,7 @@ pub mod prelude {
     };
     pub use super::file::{Body, ClayScene, MaterialChoice, MeshBody, Outputs, Room};
     pub use super::fill::FillReport;
+    pub use super::history::{History, HistoryError};
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;
     pub use super::recording::{Recorder, Recording, RecordingError};
