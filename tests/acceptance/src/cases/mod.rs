@@ -24,6 +24,7 @@ pub mod slump;
 pub mod stability;
 pub mod storage;
 pub mod surface;
+pub mod undo;
 
 use crate::lab::{EngineKind, Size};
 use crate::report::Row;
@@ -140,6 +141,7 @@ pub const CASES: &[Case] = &[
     surface_case("surface on the device", 0, surface::on_device),
     surface_case("files", 20, files::round_trips),
     speed("bytes read back", 3, handout::bytes),
+    speed("undo", 8, undo::history),
     speed("surface time", 5, surface::speed::extraction),
     speed("ray time", 9, surface::speed::rays),
     speed("surface time on the device", 0, surface::speed::on_device),
