@@ -58,9 +58,8 @@ fn app(cells: [i32; 3], engine: EngineChoice) -> App {
     let top = Vec3::new(size.x as f32 / 2.0, size.y as f32, size.z as f32 / 2.0);
     app.insert_resource(Press { top, seconds: 0.0 }).add_systems(Update, press.in_set(ClaySystems::Tool));
     let settings = ClaySettings { engine, inertia: InertiaScaling::Fast, ..default() };
-    app.world_mut().spawn((Clay::new(block(cells)), settings));
-    let ball = Tool { shape: ToolShape::Sphere { radius: 0.008 }, contact: Contact::default() };
-    app.world_mut().spawn((SculptTool { tool: ball, ..default() }, Transform::from_translation(top + Vec3::Y * 0.008)));
+    app.world_mut().spawn((Clay::snapshot(block(cells)), settings));
+    app.world_mut().spawn((SculptTool::ball(0.008), Transform::from_translation(top + Vec3::Y * 0.008)));
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(Image::new_target_texture(
         1280,
         720,
@@ -100,8 +99,8 @@ fn main() {
 fn measure(name: &str, engine: EngineChoice, cells: [i32; 3], seconds: f64) {
     let mut app = app(cells, engine);
     let start = Instant::now();
-    let mut query = app.world_mut().query::<&ClayStatus>();
-    while query.single(app.world()).is_ok_and(|s| s.engine.is_empty()) {
+    let mut query = app.world_mut().query::<(&ClayStatus, &ClayMetrics)>();
+    while query.single(app.world()).is_ok_and(|(s, _)| s.engine.is_empty()) {
         app.update();
         if start.elapsed() > Duration::from_secs(120) {
             eprintln!("{name}: no engine within two minutes");
@@ -112,7 +111,9 @@ fn measure(name: &str, engine: EngineChoice, cells: [i32; 3], seconds: f64) {
     while started.elapsed().as_secs_f64() < WARM_UP {
         app.update();
     }
-    let sample = |app: &App, query: &mut QueryState<&ClayStatus>| query.single(app.world()).cloned().unwrap_or_default();
+    let sample = |app: &App, query: &mut QueryState<(&ClayStatus, &ClayMetrics)>| {
+        query.single(app.world()).map(|(_, metrics)| *metrics).unwrap_or_default()
+    };
     let before = sample(&app, &mut query);
     let (begin, mut frames, mut held) = (Instant::now(), vec![], 0.0f64);
     let (mut substeps, mut clay_ms, mut count, mut time) = (0.0, 0.0, 0.0, before.time);
@@ -120,30 +121,31 @@ fn measure(name: &str, engine: EngineChoice, cells: [i32; 3], seconds: f64) {
         let frame = Instant::now();
         app.update();
         frames.push(frame.elapsed().as_secs_f64() * 1e3);
-        let status = sample(&app, &mut query);
-        held = held.max(status.main_thread_ms);
-        if status.time > time {
-            (time, count) = (status.time, count + 1.0);
-            substeps += f64::from(status.substeps);
-            clay_ms += status.frame_ms;
+        let now = sample(&app, &mut query);
+        held = held.max(now.main_thread_ms);
+        if now.time > time {
+            (time, count) = (now.time, count + 1.0);
+            substeps += f64::from(now.substeps);
+            clay_ms += now.frame_ms;
         }
     }
     let wall = begin.elapsed().as_secs_f64();
     let after = sample(&app, &mut query);
+    let status = query.single(app.world()).map(|(status, _)| status.clone()).unwrap_or_default();
     frames.sort_by(f64::total_cmp);
     let mean = frames.iter().sum::<f64>() / frames.len() as f64;
     let late = frames[(frames.len() * 95 / 100).min(frames.len() - 1)];
     println!(
         "{name} | {} | {mean:.1} / {late:.1} | {:.1} | {:.0} | {:.1} | {:.3} | {:.1} | {held:.2}",
-        after.particle_count,
+        status.particle_count,
         count / wall,
         substeps / f64::max(count, 1.0),
         clay_ms / f64::max(count, 1.0),
         (after.time - before.time) / wall,
         after.mesh_ms
     );
-    if let Some(error) = after.error {
+    if let Some(error) = status.error {
         eprintln!("{name}: {error}");
     }
-    eprintln!("  on {}", after.engine);
+    eprintln!("  on {}", status.engine);
 }

@@ -99,7 +99,7 @@ fn step(
     mut show: ResMut<Show>,
     passing: Query<Entity, With<Passing>>,
     cameras: Query<&RenderTarget, With<Camera>>,
-    clay: Query<(&ClayStatus, Has<Mesh3d>)>,
+    clay: Query<(&ClayMetrics, Has<Mesh3d>)>,
     mut store: Store,
     mut exit: MessageWriter<AppExit>,
 ) {
@@ -113,7 +113,7 @@ fn step(
     }
     let shown = match (&shot.subject, clay.iter().next()) {
         (Subject::Mesh(surface), _) => surface.triangles.len(),
-        (Subject::Clay(_), Some((status, true))) => status.triangle_count,
+        (Subject::Clay(_), Some((metrics, true))) => metrics.triangle_count,
         _ => 0,
     };
     show.frame += 1;
@@ -142,9 +142,8 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mu
     let mut place = commands.spawn((Passing, Visibility::default()));
     match &shot.subject {
         Subject::Clay(snapshot) => {
-            let settings =
-                ClaySettings { engine: EngineChoice::Native, is_paused: true, surface: SurfaceBackend::Gpu, ..default() };
-            place.insert((Clay::new((**snapshot).clone()), settings));
+            let settings = ClaySettings { engine: EngineChoice::Native, surface: SurfaceBackend::Gpu, ..default() };
+            place.insert((Clay::snapshot((**snapshot).clone()), settings, ClayClock { paused: true, ..default() }));
         }
         Subject::Mesh(surface) => {
             place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(materials.add(studio::clay()))));

@@ -1,12 +1,13 @@
 //! Keys, the bar of tools, and the help.
 
+use crate::args::Args;
 use crate::pace::Pace;
 use crate::stroke::Work;
 use crate::tools::{DEPTHS, Hand, SIZES, ToolKind};
-use crate::undo::History;
 use crate::watch::Watch;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
+use bevy_clay::scene::export::free_file;
 use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiContexts, egui};
 
@@ -15,7 +16,7 @@ use bevy_egui::{EguiContexts, egui};
 pub(crate) struct Help(bool);
 
 /// What the keys and the mouse do.
-const CONTROLS: [(&str, &str); 12] = [
+const CONTROLS: [(&str, &str); 13] = [
     ("left button", "press the tool in; hold for depth, drag to draw; with the knife, draw the cut"),
     ("wheel while pressing", "deeper or shallower"),
     ("right or middle drag", "turn the view"),
@@ -24,6 +25,7 @@ const CONTROLS: [(&str, &str); 12] = [
     ("1 2 3 4 5", "ball, rod, block, board, knife"),
     ("[ ]  or  Shift+B, B", "smaller, larger tool"),
     ("U  or  Ctrl+Z", "take the last stroke back"),
+    ("Ctrl+Y", "do it again"),
     ("Space", "pause"),
     ("R", "reset the clay"),
     ("E", "export the surface"),
@@ -37,16 +39,17 @@ type KeysOf<'a> = (Res<'a, ButtonInput<KeyCode>>, Res<'a, EguiWantsInput>);
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn keys(
     (keys, egui): KeysOf,
-    clay: Single<(Entity, &mut ClaySettings), With<Clay>>,
+    clay: Single<(Entity, &mut ClayClock), With<Clay>>,
     work: Res<Work>,
-    (mut hand, mut help, mut history, mut watch): (ResMut<Hand>, ResMut<Help>, ResMut<History>, ResMut<Watch>),
-    mut requests: MessageWriter<ClayRequest>,
+    (mut hand, mut help, mut watch): (ResMut<Hand>, ResMut<Help>, ResMut<Watch>),
+    args: Res<Args>,
+    mut commands: Commands,
 ) {
     const STEP: f32 = 1.15;
     if egui.wants_keyboard_input() {
         return;
     }
-    let (clay, mut settings) = clay.into_inner();
+    let (entity, mut clock) = clay.into_inner();
     let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
     for (key, kind) in digits.into_iter().zip(ToolKind::ALL) {
         // The tool in the clay stays what it is until it is lifted.
@@ -62,17 +65,23 @@ pub(crate) fn keys(
         hand.resize(1.0 / STEP);
     }
     let is_control = keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]);
-    if keys.just_pressed(KeyCode::KeyU) || (is_control && keys.just_pressed(KeyCode::KeyZ)) {
-        history.is_wanted = true;
+    if work.stroke.is_none() && (keys.just_pressed(KeyCode::KeyU) || (is_control && keys.just_pressed(KeyCode::KeyZ))) {
+        commands.trigger(UndoClay { entity });
+    }
+    if work.stroke.is_none() && is_control && keys.just_pressed(KeyCode::KeyY) {
+        commands.trigger(RedoClay { entity });
     }
     if keys.just_pressed(KeyCode::Space) {
-        settings.is_paused = !settings.is_paused;
+        clock.paused = !clock.paused;
     }
     if keys.just_pressed(KeyCode::KeyR) {
-        requests.write(ClayRequest::Reset(clay));
+        commands.trigger(ResetClay { entity });
     }
     if keys.just_pressed(KeyCode::KeyE) {
-        requests.write(ClayRequest::Export(clay, ExportFormat::default(), BodyFiles::default()));
+        match free_file(&args.out, ExportFormat::default()) {
+            Ok(path) => commands.trigger(ExportClay { entity, path, options: ExportOptions::default() }),
+            Err(error) => warn!("{error}"),
+        }
     }
     if keys.just_pressed(KeyCode::KeyH) {
         help.0 = !help.0;
@@ -86,9 +95,9 @@ pub(crate) fn keys(
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn bar(
     mut contexts: EguiContexts,
-    (mut hand, mut help, mut history): (ResMut<Hand>, ResMut<Help>, ResMut<History>),
+    (mut hand, mut help): (ResMut<Hand>, ResMut<Help>),
     (work, pace, watch): (Res<Work>, Res<Pace>, Res<Watch>),
-    clay: Single<&ClaySettings>,
+    clay: Single<&ClayClock>,
 ) {
     let Ok(ctx) = contexts.ctx_mut() else { return };
     let frame = egui::Window::new("tools").title_bar(false).resizable(false).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
@@ -110,13 +119,9 @@ pub(crate) fn bar(
             ui.add(depth).on_hover_text("How deep the tool goes when held; the wheel changes it while you press.");
             ui.label(format!("{:.1} mm deep", 1e3 * hand.depth_max())).on_hover_text("How deep the tool goes when held.");
             ui.separator();
-            let undo = ui.add_enabled(history.len() > 0 && work.stroke.is_none(), egui::Button::new("undo"));
-            if undo.on_hover_text("Takes the last stroke back (U, Ctrl+Z).").clicked() {
-                history.is_wanted = true;
-            }
             ui.toggle_value(&mut help.0, "help").on_hover_text("What mouse and keys do (H).");
         });
-        let state = match (clay.is_paused, pace.is_at_rest) {
+        let state = match (clay.paused, pace.is_at_rest) {
             (true, _) => "paused",
             (_, true) => "the clay is at rest",
             _ => "the clay moves",

@@ -10,7 +10,6 @@
 //! | `tools`  | the tools: shapes, poses, looks                   |
 //! | `stroke` | from pointer to tool                              |
 //! | `pace`   | how fast the clay's time goes                     |
-//! | `undo`   | the states before each stroke                     |
 //! | `hud`    | keys, bar of tools, help                          |
 //! | `script` | a stroke without a mouse                          |
 //! | `watch`  | answers, what strokes left behind, the last check |
@@ -29,7 +28,6 @@ mod script;
 mod stage;
 mod stroke;
 mod tools;
-mod undo;
 mod watch;
 
 use args::{Args, Start};
@@ -73,16 +71,15 @@ fn main() -> AppExit {
         .init_resource::<stroke::Pointer>()
         .init_resource::<stroke::Work>()
         .init_resource::<pace::Pace>()
-        .init_resource::<undo::History>()
         .init_resource::<hud::Help>()
         .init_resource::<script::Script>()
         .init_resource::<watch::Watch>()
         .add_message::<stroke::StrokeNews>()
         .add_systems(Startup, (set_up, tools::spawn))
-        .add_systems(Update, (hud::keys, stage::orbit, undo::take_back).chain().before(ClaySystems::Report))
+        .add_systems(Update, (hud::keys, stage::orbit).chain().before(ClaySystems::Report))
         .add_systems(
             Update,
-            (tools::shape, stroke::point, stroke::work, undo::keep, pace::keep, pace::draw).chain().in_set(ClaySystems::Tool),
+            (tools::shape, stroke::point, stroke::work, pace::keep, pace::draw).chain().in_set(ClaySystems::Tool),
         )
         .add_systems(PreUpdate, screen::fit)
         .add_systems(PostUpdate, screen::refresh)
@@ -159,8 +156,14 @@ fn set_up(
         reflectance: 0.25,
         ..default()
     };
-    let mut clay =
-        commands.spawn((Name::new("clay"), Clay::new(snapshot), material, settings, MeshMaterial3d(materials.add(look))));
+    let mut clay = commands.spawn((
+        Name::new("clay"),
+        Clay::snapshot(snapshot),
+        material,
+        settings,
+        ClayHistory::default(),
+        MeshMaterial3d(materials.add(look)),
+    ));
     if let Some(file) = &args.clay {
         clay.insert(MaterialFile::new(file));
     }

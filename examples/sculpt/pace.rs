@@ -1,7 +1,7 @@
 //! How fast the clay's time goes: as fast as the clock where the engine keeps up, else so slow that each
 //! frame ends soon, and not at all at rest.
 //!
-//! The clay follows Bevy's virtual clock. On a slow machine a second of clay takes many seconds; planned at
+//! On a slow machine a second of clay takes many seconds; planned at
 //! full speed, two long frames would be under way whenever a tool is pressed, and the answer would wait for
 //! them. Slowed, each frame of the window has a short frame of clay to itself.
 
@@ -58,10 +58,10 @@ type Stirred = Or<(Changed<ClayMaterial>, Changed<ClaySettings>, Changed<Clay>)>
 pub(crate) fn keep(
     mut reports: MessageReader<ClayReport>,
     stirred: Query<(), (With<Clay>, Stirred)>,
-    (status, engine): (Single<&ClayStatus>, Query<&ClayEngine>),
+    (status, engine, mut clock): (Single<&ClayStatus>, Query<&ClayEngine>, Single<&mut ClayClock>),
     work: Res<Work>,
     mut pace: ResMut<Pace>,
-    (mut clock, real): (ResMut<Time<Virtual>>, Res<Time<Real>>),
+    real: Res<Time<Real>>,
 ) {
     const SMOOTH: f64 = 0.3;
     pace.frame += (real.delta_secs_f64().min(0.5) - pace.frame) * SMOOTH;
@@ -82,15 +82,10 @@ pub(crate) fn keep(
     pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
     let share = SHARE.min(FRAME_MAX / pace.frame.max(1e-3));
     let speed = pace.cost.map_or(0.03, |cost| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0));
-    if (clock.relative_speed_f64() / speed - 1.0).abs() > 0.02 {
-        clock.set_relative_speed_f64(speed);
-    }
     pace.is_at_rest = pace.still >= REST_FRAMES;
-    if pace.is_at_rest != clock.is_paused() {
-        if pace.is_at_rest {
-            clock.pause();
-        } else {
-            clock.unpause();
-        }
+    // Clay at rest stands: what it would do takes time from what it is asked for next.
+    let wanted = if pace.is_at_rest { 0.0 } else { speed };
+    if (clock.speed - wanted).abs() > 0.02 * clock.speed.min(wanted) {
+        clock.speed = wanted;
     }
 }

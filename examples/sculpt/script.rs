@@ -26,14 +26,14 @@ pub(crate) enum Script {
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn play(
     camera: Single<&GlobalTransform, With<Camera3d>>,
-    clay: Query<(&ClaySurface, &ClayStatus)>,
+    clay: Query<(&ClaySurface, &ClayMetrics)>,
     work: Res<Work>,
     mut script: ResMut<Script>,
     mut pointer: ResMut<Pointer>,
     mut watch: ResMut<Watch>,
 ) {
     pointer.is_scripted = true;
-    let Ok((surface, status)) = clay.single() else { return };
+    let Ok((surface, metrics)) = clay.single() else { return };
     let Some((middle, _)) = pick::ball(surface) else { return };
     match *script {
         Script::Waiting => {
@@ -42,8 +42,8 @@ pub(crate) fn play(
             pointer.is_down = true;
             *script = Script::Pressing;
         }
-        Script::Pressing if work.stroke.as_ref().is_some_and(|stroke| stroke.is_deep) => *script = Script::Holding(status.time),
-        Script::Holding(since) if status.time > since + HOLDING => {
+        Script::Pressing if work.stroke.as_ref().is_some_and(|stroke| stroke.is_deep) => *script = Script::Holding(metrics.time),
+        Script::Holding(since) if metrics.time > since + HOLDING => {
             pointer.is_down = false;
             *script = Script::Done;
         }

@@ -231,7 +231,7 @@ impl Stroke {
 
     /// Moves the tool towards where it should be, by no more than `way` \[m\].
     fn advance(&mut self, mut way: f32, hand: &Hand, eye: Eye, held: &mut Held) {
-        let reach = held.tool.tool.shape.bounding_radius() as f32;
+        let reach = held.tool.shape.bounding_radius() as f32;
         if hand.kind != ToolKind::Knife {
             let left = approach(&mut held.place, hand.pose(&self.hit, eye.right, self.depth), reach, way);
             self.is_deep |= left > 0.0 && self.depth >= hand.depth_max();

@@ -4,8 +4,6 @@ use crate::pick::Hit;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
-use bevy_clay::sim::tool::{Contact, Tool, ToolShape};
-use glam::DVec3;
 
 /// What the hand can hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -185,9 +183,9 @@ pub(crate) fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mu
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn shape(hand: Res<Hand>, tool: Single<(&mut SculptTool, &Mesh3d), With<InHand>>, mut meshes: ResMut<Assets<Mesh>>) {
     let (mut tool, mesh) = tool.into_inner();
-    let wanted = Tool { shape: hand.shape(), contact: Contact::default() };
-    if tool.tool != wanted {
-        tool.tool = wanted;
+    let wanted = hand.shape();
+    if tool.shape != wanted {
+        tool.shape = wanted;
         // Fails only for a mesh that is gone, which its handle rules out.
         let _ = meshes.insert(&mesh.0, hand.mesh());
     }
@@ -219,16 +217,12 @@ pub(crate) fn late(
 
 /// Tints the tool while it touches clay.
 pub(crate) fn tint(
-    mut reports: MessageReader<ClayReport>,
-    tool: Single<(&SculptTool, &MeshMaterial3d<StandardMaterial>), With<InHand>>,
+    tool: Single<(&ToolForce, &MeshMaterial3d<StandardMaterial>), With<InHand>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut was_touching: Local<bool>,
 ) {
-    let (tool, material) = tool.into_inner();
-    let mut is_touching = *was_touching && tool.is_active;
-    for ClayReport { report, .. } in reports.read() {
-        is_touching = tool.is_active && report.tools.iter().any(|t| t.contacts > 0 || t.tagged > 0 || t.force != DVec3::ZERO);
-    }
+    let (force, material) = tool.into_inner();
+    let is_touching = force.contacts > 0;
     if is_touching != *was_touching
         && let Some(mut material) = materials.get_mut(&material.0)
     {

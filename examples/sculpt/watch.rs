@@ -93,7 +93,7 @@ struct Counting {
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn count(
     surface: Query<&ClaySurface, Changed<ClaySurface>>,
-    status: Single<&ClayStatus>,
+    metrics: Single<&ClayMetrics>,
     work: Res<Work>,
     mut news: MessageReader<StrokeNews>,
     mut reports: MessageReader<ClayReport>,
@@ -109,7 +109,7 @@ pub(crate) fn count(
     }
     let forces = reports.read().flat_map(|r| &r.report.tools).map(|t| t.force.length());
     watch.force = forces.fold(watch.force, f64::max);
-    watch.held_ms = watch.held_ms.max(status.main_thread_ms);
+    watch.held_ms = watch.held_ms.max(metrics.main_thread_ms);
     for item in news.read() {
         match item {
             StrokeNews::Began => {
@@ -119,7 +119,7 @@ pub(crate) fn count(
                 watch.asked = stroke.map(|s| (s.began, s.places[0].0, s.places[0].1.distance));
             }
             StrokeNews::Ended(done) => {
-                watch.settling = Some(Settling { done: done.clone(), since: status.time, settled: None });
+                watch.settling = Some(Settling { done: done.clone(), since: metrics.time, settled: None });
             }
         }
     }
@@ -139,7 +139,7 @@ pub(crate) fn count(
 /// Measures what a stroke left behind when the clay has settled and is shown so, or the next stroke begins;
 /// bodies are counted away from the main thread.
 pub(crate) fn measure(
-    clay: Query<(&ClaySurface, &ClayEngine, &ClayStatus)>,
+    clay: Query<(&ClaySurface, &ClayEngine, &ClayMetrics)>,
     (work, pace): (Res<Work>, Res<Pace>),
     mut watch: ResMut<Watch>,
 ) {
@@ -149,8 +149,8 @@ pub(crate) fn measure(
     {
         watch.report(&done, before, Outcome { dent, bodies: now });
     }
-    let (Some(settling), Ok((surface, engine, status))) = (&mut watch.settling, clay.single()) else { return };
-    if pace.is_at_rest || status.time > settling.since + SETTLING {
+    let (Some(settling), Ok((surface, engine, metrics))) = (&mut watch.settling, clay.single()) else { return };
+    if pace.is_at_rest || metrics.time > settling.since + SETTLING {
         settling.settled.get_or_insert_with(|| engine.revision());
     }
     let is_shown = settling.settled.is_some_and(|state| surface.revision() >= state);
@@ -192,7 +192,7 @@ impl Watch {
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn end(
     args: Res<Args>,
-    status: Single<&ClayStatus>,
+    clay: Single<(&ClayStatus, &ClayMetrics)>,
     mut watch: ResMut<Watch>,
     mut commands: Commands,
     mut exit: MessageWriter<AppExit>,
@@ -202,8 +202,9 @@ pub(crate) fn end(
         return;
     }
     watch.is_closing = true;
-    let faults = faults(&args, &status, &watch);
-    summary(&status, &watch);
+    let (status, metrics) = *clay;
+    let faults = faults(&args, status, &watch);
+    summary(status, metrics, &watch);
     faults.iter().for_each(|fault| say::error(&format!("check failed: {fault}")));
     let code = if faults.is_empty() { AppExit::Success } else { AppExit::error() };
     let Some(path) = args.screenshot.clone() else {
@@ -233,7 +234,7 @@ fn faults(args: &Args, status: &ClayStatus, watch: &Watch) -> Vec<String> {
         }
     };
     check(watch.surfaces > 0, "no surface was shown: the run was too short, or the clay did not start");
-    check(status.error.is_none(), status.error.as_deref().unwrap_or_default());
+    check(status.error.is_none(), &status.error.as_ref().map(ToString::to_string).unwrap_or_default());
     if args.script {
         check(!watch.strokes.is_empty(), "the script's stroke did not end: more --frames are needed");
         check(watch.strokes.iter().all(|s| s.dent > 0.5), "the stroke left no dent of half a millimetre");
@@ -241,14 +242,14 @@ fn faults(args: &Args, status: &ClayStatus, watch: &Watch) -> Vec<String> {
     faults
 }
 
-fn summary(status: &ClayStatus, watch: &Watch) {
+fn summary(status: &ClayStatus, metrics: &ClayMetrics, watch: &Watch) {
     let seconds = watch.began.elapsed().as_secs_f64();
     let mut answers = watch.answers.clone();
     answers.sort_by(f64::total_cmp);
     let answer = answers.get(answers.len() / 2).map_or(String::new(), |ms| format!(", answer in {ms:.0} ms (median)"));
     say(&format!(
         "{} frames in {seconds:.1} s, {} surfaces shown{answer}, main thread held at most {:.2} ms, {}, {} particles, {:.2} s of clay, {}",
-        watch.frames, watch.surfaces, watch.held_ms, status.engine, status.particle_count, status.time, status.health
+        watch.frames, watch.surfaces, watch.held_ms, status.engine, status.particle_count, metrics.time, status.health
     ));
 }
 

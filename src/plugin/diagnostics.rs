@@ -1,8 +1,8 @@
 //! Bevy diagnostics of all clay of the app together.
 
-use super::clay::{ClayStatus, PassTimes};
 use super::report;
 use super::schedule::ClaySystems;
+use super::status::{ClayMetrics, ClayStatus, PassTimes};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
@@ -43,20 +43,20 @@ impl Plugin for DiagnosticsPlugin {
 }
 
 /// One measurement of each kind per frame of the app, while there is clay.
-fn measure(clays: Query<&ClayStatus>, mut diagnostics: Diagnostics) {
+fn measure(clays: Query<(&ClayStatus, &ClayMetrics)>, mut diagnostics: Diagnostics) {
     if clays.is_empty() {
         return;
     }
-    let sum = |value: fn(&ClayStatus) -> f64| clays.iter().map(value).sum::<f64>();
-    let pass = |value: fn(&PassTimes) -> f64| clays.iter().map(|s| value(&s.pass_ms)).sum::<f64>();
+    let sum = |value: fn(&ClayMetrics) -> f64| clays.iter().map(|c| value(c.1)).sum::<f64>();
+    let pass = |value: fn(&PassTimes) -> f64| clays.iter().map(|(_, m)| value(&m.pass_ms)).sum::<f64>();
     diagnostics.add_measurement(&FRAME, || sum(|s| s.frame_ms));
     diagnostics.add_measurement(&REBIN, || pass(|p| p.rebin));
     diagnostics.add_measurement(&GRID, || pass(|p| p.grid));
     diagnostics.add_measurement(&PARTICLES, || pass(|p| p.particles));
     diagnostics.add_measurement(&REPORT, || pass(|p| p.report));
-    diagnostics.add_measurement(&PARTICLE_COUNT, || sum(|s| s.particle_count as f64));
+    diagnostics.add_measurement(&PARTICLE_COUNT, || clays.iter().map(|(s, _)| s.particle_count as f64).sum());
     diagnostics.add_measurement(&SUBSTEPS, || sum(|s| f64::from(s.substeps)));
-    diagnostics.add_measurement(&RATE, || clays.iter().map(|s| s.rate).fold(f64::INFINITY, f64::min));
+    diagnostics.add_measurement(&RATE, || clays.iter().map(|(_, m)| m.rate).fold(f64::INFINITY, f64::min));
     diagnostics.add_measurement(&MESH, || sum(|s| s.mesh_ms));
-    diagnostics.add_measurement(&MAIN_THREAD, || clays.iter().map(|s| s.main_thread_ms).fold(0.0, f64::max));
+    diagnostics.add_measurement(&MAIN_THREAD, || clays.iter().map(|(_, m)| m.main_thread_ms).fold(0.0, f64::max));
 }

@@ -2,11 +2,14 @@
 //! without losing the clay.
 
 use super::bridge::{AppDevice, Bridge, SharedDevice};
-use super::clay::{Clay, ClaySettings, ClayStatus, EngineChoice};
+use super::clay::{Clay, ClaySettings, EngineChoice};
+use super::events::ClayReady;
 use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
-use super::schedule::ClaySystems;
+use super::schedule::{ClaySystems, schedule};
+use super::source::Base;
+use super::status::{ClayError, ClayMetrics, ClayStatus};
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
@@ -43,12 +46,14 @@ pub struct ClayEngine {
     pub(super) is_leaving: bool,
     /// Why there will be no next frame.
     pub(super) stopped: Option<EngineError>,
+    /// Whether the app was told.
+    pub(super) is_loss_said: bool,
     kept: Kept,
 }
 
 impl ClayEngine {
     /// Loads `snapshot` into an engine of the wanted kind. Takes its time.
-    fn start(want: Want, snapshot: Arc<Snapshot>) -> Result<Self, EngineError> {
+    fn launch(want: Want, snapshot: Arc<Snapshot>) -> Result<Self, EngineError> {
         let (mut engine, bridge): (Box<dyn Engine>, _) = match &want.device {
             None => (Box::new(NativeEngine::new()), None),
             Some(device) => {
@@ -68,6 +73,7 @@ impl ClayEngine {
             revision: 0,
             is_leaving: false,
             stopped: None,
+            is_loss_said: false,
             kept: Kept { snapshot, revision: 0, at: Instant::now(), copying: None },
         })
     }
@@ -127,6 +133,16 @@ impl ClayEngine {
     /// The engine and what is planned for it.
     pub(super) fn parts(&mut self) -> (&mut dyn Engine, &mut Plans) {
         (self.engine.get_mut().unwrap_or_else(PoisonError::into_inner).as_mut(), &mut self.plans)
+    }
+
+    /// Whether this is the engine of the clay that starts from `base`, and runs it.
+    pub(super) fn runs(&self, base: &Arc<Snapshot>) -> bool {
+        Arc::ptr_eq(&self.want.source, base) && !self.is_leaving && self.stopped.is_none()
+    }
+
+    /// What the clay that it runs started from.
+    pub(super) fn start(&self) -> Arc<Snapshot> {
+        self.want.source.clone()
     }
 
     /// Whether the engine is gone, or the device it ran on is no longer the app's.
@@ -198,8 +214,14 @@ pub(super) struct EngineStart {
 
 impl EngineStart {
     /// What there is to say about it.
-    pub(super) fn error(&self) -> Option<&String> {
-        self.error.as_ref().or(self.fallback.as_ref())
+    pub(super) fn error(&self) -> Option<ClayError> {
+        let fallback = || self.fallback.clone().map(ClayError::Fallback);
+        self.error.clone().map(ClayError::Start).or_else(fallback)
+    }
+
+    /// Why no engine takes `base`, if that is so; it is not said again.
+    pub(super) fn take_refusal(&mut self, base: &Arc<Snapshot>) -> Option<String> {
+        self.refused.take_if(|want| Arc::ptr_eq(&want.source, base)).and_then(|_| self.error.take())
     }
 
     /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still
@@ -229,7 +251,7 @@ impl EngineStart {
 
     fn spawn(&mut self, want: Want, snapshot: impl Future<Output = Result<Arc<Snapshot>, EngineError>> + Send + 'static) {
         let wanted = want.clone();
-        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::start(wanted, snapshot.await?) });
+        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::launch(wanted, snapshot.await?) });
         self.under_way = Some((want, task));
     }
 
@@ -287,7 +309,8 @@ pub(super) struct EnginePlugin;
 impl Plugin for EnginePlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<Clay, EngineStart>();
-        app.add_observer(end).add_systems(Update, (start, admit, keep).chain().in_set(ClaySystems::Report));
+        let schedule = schedule(app);
+        app.add_observer(end).add_systems(schedule, (start, admit, keep).chain().in_set(ClaySystems::Report));
     }
 }
 
@@ -299,13 +322,14 @@ fn end(gone: On<Remove, Clay>, mut commands: Commands) {
 
 /// Starts the engine of each clay that has none, or not the one it should have.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-fn start(
-    mut clays: Query<(Entity, &Clay, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
+pub(super) fn start(
+    mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
     app: AppDevice,
     mut held: ResMut<HeldTime>,
 ) {
     let _watch = held.watch();
-    for (entity, clay, settings, mut start, engine) in &mut clays {
+    for (entity, base, settings, mut start, engine) in &mut clays {
+        let Some(source) = base.snapshot.clone() else { continue };
         let start = start.bypass_change_detection();
         let mut engine = engine.map(Mut::into_inner);
         if let Some(ClayEngine { stopped: Some(reason), want: Want { device: Some(device), .. }, .. }) = engine.as_deref()
@@ -314,7 +338,7 @@ fn start(
             start.declined = Some((device.clone(), Instant::now(), reason.to_string()));
         }
         let Ok(device) = start.device(settings.engine, app.get()) else { continue };
-        let want = Want { source: clay.shared().clone(), device };
+        let want = Want { source, device };
         if let Some(engine) = engine.as_deref_mut() {
             // A clay that was replaced stands still until the next is ready, unless that was refused.
             engine.is_leaving = !Arc::ptr_eq(&engine.want.source, &want.source) && start.refused.as_ref() != Some(&want);
@@ -327,12 +351,12 @@ fn start(
 
 /// Puts engines that are ready in the place of those before.
 pub(super) fn admit(
-    mut clays: Query<(Entity, &mut EngineStart, &mut ClayStatus, Option<&mut ClayEngine>)>,
+    mut clays: Query<(Entity, &mut EngineStart, (&mut ClayStatus, &mut ClayMetrics), Option<&mut ClayEngine>)>,
     mut commands: Commands,
     mut held: ResMut<HeldTime>,
 ) {
     let _watch = held.watch();
-    for (entity, mut start, mut status, old) in &mut clays {
+    for (entity, mut start, (mut status, mut metrics), old) in &mut clays {
         let start = start.bypass_change_detection();
         let Some((want, task)) = &mut start.under_way else { continue };
         let Some(result) = check_ready(task) else { continue };
@@ -341,7 +365,7 @@ pub(super) fn admit(
         match result {
             Ok(mut engine) => {
                 // A new start has no frame to report yet.
-                status.time = engine.kept.snapshot.time;
+                metrics.time = engine.kept.snapshot.time;
                 status.particle_count = engine.kept.snapshot.particles.len();
                 start.generation += 1;
                 engine.generation = start.generation;
@@ -352,6 +376,7 @@ pub(super) fn admit(
                 start.error = None;
                 info!("clay {entity} runs on the {}", engine.name);
                 commands.entity(entity).insert(engine);
+                commands.trigger(ClayReady { entity });
             }
             Err(error) => refuse(entity, start, want, &error),
         }

@@ -1,9 +1,9 @@
 //! Clay that follows a file: when the file changes on disk, the running clay is made of what it says now.
 
-use super::clay::ClayStatus;
 use super::engine;
 use super::held::HeldTime;
-use super::schedule::ClaySystems;
+use super::schedule::{ClaySystems, schedule};
+use super::status::ClayStatus;
 use crate::scene::clay::ClayFile;
 use crate::scene::stamp::FileStamp;
 use crate::sim::material::ClayMaterial;
@@ -86,7 +86,8 @@ pub(super) struct FollowPlugin;
 
 impl Plugin for FollowPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<MaterialFile>().add_systems(Update, follow.in_set(ClaySystems::Report).after(engine::keep));
+        let schedule = schedule(app);
+        app.register_type::<MaterialFile>().add_systems(schedule, follow.in_set(ClaySystems::Report).after(engine::keep));
     }
 }
 
@@ -135,7 +136,7 @@ fn taken(
         }
         Err(error) => {
             error!("clay {entity} stays as it is: {error}");
-            (Some(format!("the clay stays as it is: {error}")), vec![])
+            (Some(error), vec![])
         }
     }
 }

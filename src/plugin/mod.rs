@@ -4,12 +4,19 @@
 //! | file            | takes                         | makes                                             |
 //! |-----------------|-------------------------------|---------------------------------------------------|
 //! | [`schedule`]    | -                             | [`ClaySystems`], in run order                     |
-//! | [`clay`]        | what an app gives and gets    | [`Clay`], its settings, status and reports        |
+//! | [`space`]       | an entity's transform         | [`ClaySpace`], between the clay's frame and the world |
+//! | [`clock`]       | the schedule's clock          | [`ClayClock`], the clay's own, and gravity        |
+//! | [`status`]      | reports                       | [`ClayStatus`], [`ClayMetrics`], [`ClayError`]    |
+//! | [`clay`]        | what an app gives and gets    | [`Clay`], its settings and reports                |
+//! | [`source`]      | shapes, meshes, files         | the snapshot that engines start from              |
 //! | [`engine`]      | snapshots, settings           | [`ClayEngine`], started away from the main thread |
+//! | [`events`]      | what an app asks              | what it is told                                   |
+//! | [`ops`]         | questions, states             | the clay reset, resampled, undone, exported       |
+//! | [`undo`]        | strokes                       | [`ClayHistory`], the clay as it stood after each  |
 //! | `gpu`           | GPU engines                   | their passes in the app's render graph            |
 //! | [`follow`]      | clay files                    | [`ClayMaterial`], when they change                |
 //! | [`recover`]     | errors of the graphics device | an app that goes on                               |
-//! | `report`        | frames that have ended        | [`ClayReport`], [`ClayStatus`]                    |
+//! | `report`        | frames that have ended        | [`ClayReport`], [`ToolForce`], [`ClayStatus`]     |
 //! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
 //! | `step`        | clock, ways, material         | frame plans                                       |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
@@ -23,17 +30,21 @@
 //! [`ClayEngine`]: engine::ClayEngine
 //! [`ClayMaterial`]: crate::sim::material::ClayMaterial
 //! [`ClayReport`]: clay::ClayReport
-//! [`ClayStatus`]: clay::ClayStatus
+//! [`ClayStatus`]: status::ClayStatus
+//! [`ClayMetrics`]: status::ClayMetrics
+//! [`ClayError`]: status::ClayError
+//! [`ClaySpace`]: space::ClaySpace
+//! [`ClayClock`]: clock::ClayClock
+//! [`ToolForce`]: tool::ToolForce
+//! [`ClayHistory`]: undo::ClayHistory
 //! [`SculptTool`]: tool::SculptTool
 //!
 //! ```no_run
 //! use bevy::prelude::*;
 //! use bevy_clay::prelude::*;
 //!
-//! fn spawn_clay(mut commands: Commands) -> Result {
-//!     let scene = ClayScene::from_ron("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.004)")?;
-//!     commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
-//!     Ok(())
+//! fn spawn_clay(mut commands: Commands) {
+//!     commands.spawn(Clay::block(Vec3::new(0.06, 0.03, 0.06)));
 //! }
 //!
 //! App::new().add_plugins((DefaultPlugins, ClayPlugins)).add_systems(Startup, spawn_clay).run();
@@ -41,12 +52,15 @@
 
 mod bridge;
 pub mod clay;
+pub mod clock;
 pub mod diagnostics;
 pub mod draw;
 pub mod engine;
+pub mod events;
 pub mod follow;
 mod gpu;
 mod held;
+pub mod ops;
 mod pace;
 mod plans;
 pub mod recover;
@@ -54,20 +68,33 @@ mod reflect;
 mod report;
 pub mod schedule;
 pub mod show;
+pub mod source;
+pub mod space;
+pub mod status;
 mod step;
 pub mod tool;
+pub mod undo;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 /// What most programs need.
 pub mod prelude {
     pub use super::ClayPlugins;
-    pub use super::clay::{Clay, ClayReport, ClaySettings, ClayStatus, EngineChoice, MeshQuality, PassTimes, SurfaceBackend};
+    pub use super::clay::{Clay, ClayReport, ClaySettings, EngineChoice, MeshQuality, SurfaceBackend};
+    pub use super::clock::{ClayClock, ClayGravity};
     pub use super::engine::ClayEngine;
+    pub use super::events::{
+        ClayChange, ClayChanged, ClayEngineLost, ClayExported, ClayReady, ClayTrouble, DropOffcuts, ExportClay, RedoClay,
+        ResampleClay, ResetClay, UndoClay,
+    };
     pub use super::follow::MaterialFile;
-    pub use super::schedule::ClaySystems;
+    pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
-    pub use super::tool::SculptTool;
+    pub use super::source::ClaySource;
+    pub use super::space::ClaySpace;
+    pub use super::status::{ClayError, ClayMetrics, ClayStatus};
+    pub use super::tool::{SculptTool, ToolForce, ToolStatus, ToolTrail, TouchesOnly};
+    pub use super::undo::ClayHistory;
 }
 
 /// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which
@@ -79,13 +106,15 @@ pub struct ClayPlugins;
 impl PluginGroup for ClayPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
-            .add(schedule::SchedulePlugin)
+            .add(schedule::SchedulePlugin::default())
             .add(reflect::ReflectPlugin)
+            .add(source::SourcePlugin)
             .add(engine::EnginePlugin)
             .add(follow::FollowPlugin)
             .add(gpu::GpuPlugin)
             .add(recover::RecoverPlugin)
             .add(report::ReportPlugin)
+            .add(ops::OpsPlugin)
             .add(step::StepPlugin)
             .add(show::ShowPlugin)
             .add(draw::DrawPlugin)

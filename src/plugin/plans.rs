@@ -1,11 +1,13 @@
 //! What is planned for a clay, handed to its engine.
 
 use crate::sim::engine::{Engine, EngineError};
+use crate::sim::frame::{FrameReport, ToolReport};
 use crate::sim::health::Health;
 use crate::sim::material::ClayMaterial;
 use crate::sim::params::ParamsError;
-use crate::sim::planner::{Decision, Planner};
+use crate::sim::planner::{Decision, Planner, ToolSamples};
 use crate::sim::snapshot::Snapshot;
+use crate::sim::tool::PoseSample;
 use bevy::prelude::*;
 
 /// What is planned for an engine, and what was said of it.
@@ -16,6 +18,12 @@ pub(super) struct Plans {
     pub(super) logged: Health,
     /// Why the last plan was not taken.
     pub(super) refused: Option<ParamsError>,
+    /// What the tools felt in the last frame.
+    pub(super) felt: Vec<(Entity, ToolReport)>,
+    /// Time of the clay's clock so far \[s\].
+    clock: f64,
+    /// Whether the tools are off the clay: what frames under way still feel is over.
+    is_lifted: bool,
 }
 
 impl Plans {
@@ -28,6 +36,36 @@ impl Plans {
         let mut planner = std::mem::take(&mut self.planner);
         planner.take_over(old.planner);
         *self = Self { planner, ..old };
+    }
+
+    /// Lets `time` \[s\] of the schedule's clock pass, at `speed`, in which the tools went these ways; their
+    /// times are before now, by that clock.
+    pub(super) fn pass(&mut self, time: f64, speed: f64, tools: &[ToolSamples]) {
+        self.clock += time * speed;
+        let on_clock = |s: &PoseSample| PoseSample { time: self.clock + s.time * speed, pose: s.pose };
+        let tools: Vec<_> =
+            tools.iter().map(|tool| ToolSamples { samples: tool.samples.iter().map(on_clock).collect(), ..*tool }).collect();
+        self.is_lifted = false;
+        self.planner.pass(time * speed, &tools);
+    }
+
+    /// Takes the tools off the clay: they are put down anew when time goes on.
+    pub(super) fn lift(&mut self) {
+        self.planner.lift();
+        self.felt.clear();
+        self.is_lifted = true;
+    }
+
+    /// Takes in what came of a frame. Returns the entities of its tools, in their order.
+    pub(super) fn note(&mut self, report: &mut FrameReport) -> Vec<Entity> {
+        let key = |tool: &ToolReport| self.planner.tool_key(tool.id).and_then(Entity::try_from_bits);
+        let tools: Vec<Entity> = report.tools.iter().map(|tool| key(tool).unwrap_or(Entity::PLACEHOLDER)).collect();
+        self.planner.note(report);
+        self.felt.clear();
+        if !self.is_lifted {
+            self.felt.extend(tools.iter().copied().zip(report.tools.iter().copied()));
+        }
+        tools
     }
 
     /// Submits a frame of the time owed, if there is any and the engine takes one.

@@ -3,11 +3,16 @@
 //!
 //! Each definition repeats the type's; a field or variant that is missing here does not compile.
 
-use super::clay::{Clay, ClaySettings, ClayStatus};
-use super::tool::SculptTool;
+use super::clay::{Clay, ClaySettings};
+use super::clock::{ClayClock, ClayGravity};
+use super::status::{ClayError, ClayMetrics, ClayStatus};
+use super::tool::{SculptTool, ToolForce, ToolStatus, TouchesOnly};
+use crate::scene::file::ClayScene;
+use crate::sim::health::Health;
 use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
+use crate::sim::params::ParamsError;
 use crate::sim::planner::{Backlog, InertiaScaling};
-use crate::sim::tool::{Contact, Profile, Tool, ToolShape};
+use crate::sim::tool::{Contact, Profile, ToolShape};
 use bevy::prelude::*;
 use bevy::reflect::{impl_reflect, impl_reflect_opaque};
 use glam::DVec3;
@@ -73,15 +78,6 @@ impl_reflect!(
 impl_reflect!(
     #[reflect(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[type_path = "bevy_clay::sim::tool"]
-    struct Tool {
-        shape: ToolShape,
-        contact: Contact,
-    }
-);
-
-impl_reflect!(
-    #[reflect(Clone, Debug, PartialEq, Serialize, Deserialize)]
-    #[type_path = "bevy_clay::sim::tool"]
     enum ToolShape {
         Sphere { radius: f64 },
         Capsule { radius: f64, half_length: f64 },
@@ -94,6 +90,10 @@ impl_reflect!(
     }
 );
 
+impl_reflect_opaque!((in bevy_clay::scene::file) ClayScene(Clone, Debug, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in bevy_clay::sim::health) Health(Clone, Debug, PartialEq, Default));
+impl_reflect_opaque!((in bevy_clay::sim::params) ParamsError(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_clay::plugin::status) ClayError(Clone, Debug, PartialEq));
 impl_reflect_opaque!((in bevy_clay::sim::tool) Profile(Clone, Debug, PartialEq, Serialize, Deserialize));
 
 impl_reflect!(
@@ -115,7 +115,13 @@ impl Plugin for ReflectPlugin {
             .register_type::<ClayMaterial>()
             .register_type::<ClaySettings>()
             .register_type::<ClayStatus>()
+            .register_type::<ClayMetrics>()
+            .register_type::<ClayClock>()
+            .register_type::<ClayGravity>()
             .register_type::<SculptTool>()
+            .register_type::<ToolForce>()
+            .register_type::<ToolStatus>()
+            .register_type::<TouchesOnly>()
             .register_type_data::<ClayMaterial, ReflectDefault>();
     }
 }

@@ -1,46 +1,60 @@
-//! Hands out what came of frames: messages, status, trouble named once per clay.
+//! Hands out what came of frames: messages, forces on tools, status, trouble named once per clay.
 
-use super::clay::{Clay, ClayReport, ClayStatus};
+use super::clay::{Clay, ClayReport};
 use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
+use super::events::{ClayEngineLost, ClayTrouble};
 use super::follow::Following;
 use super::held::HeldTime;
-use super::schedule::ClaySystems;
+use super::schedule::{ClaySystems, schedule};
 use super::show::{self, ClaySurface};
+use super::source::Base;
+use super::space::ClaySpace;
+use super::status::{ClayError, ClayMetrics, ClayStatus};
+use super::tool::{SculptTool, ToolForce};
+use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
+use glam::DVec3;
 
-/// Takes in reports and writes the status.
+/// Takes in reports, writes forces, status and metrics.
 pub(super) struct ReportPlugin;
 
 impl Plugin for ReportPlugin {
     fn build(&self, app: &mut App) {
+        let reports = (report, feel).chain().in_set(ClaySystems::Report).after(engine::admit).before(engine::keep);
+        let schedule = schedule(app);
         app.add_message::<ClayReport>()
-            .add_systems(Update, report.in_set(ClaySystems::Report).after(engine::admit).before(engine::keep))
+            .add_systems(schedule, reports)
             .add_systems(Update, status.in_set(ClaySystems::Show).after(show::request));
     }
 }
 
 /// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
 fn report(
-    mut clays: Query<(Entity, &mut ClayEngine, &mut ClayStatus), With<Clay>>,
+    mut clays: Query<(Entity, &mut ClayEngine, &mut ClayStatus, &mut ClayMetrics), With<Clay>>,
     mut reports: MessageWriter<ClayReport>,
     mut held: ResMut<HeldTime>,
 ) {
     let _watch = held.watch();
-    for (entity, mut clay, mut status) in &mut clays {
+    for (entity, mut clay, mut status, mut metrics) in &mut clays {
+        let clay = clay.bypass_change_detection();
         while clay.stopped.is_none() {
             let (engine, plans) = clay.parts();
             match engine.poll() {
                 Ok(Some(mut report)) => {
-                    plans.planner.note(&mut report);
+                    let tools = plans.note(&mut report);
                     let news = report.health.without(plans.logged);
                     if !news.is_ok() {
                         warn!("clay {entity}, frame {}: {news}", report.plan_id);
                         plans.logged.insert(news);
                     }
                     clay.revision += 1;
-                    status.note(&report);
-                    reports.write(ClayReport { clay: entity, report });
+                    metrics.note(&report);
+                    let (health, particle_count) = (report.health, report.particle_count);
+                    if (status.health, status.particle_count) != (health, particle_count) {
+                        (status.health, status.particle_count) = (health, particle_count);
+                    }
+                    reports.write(ClayReport { clay: entity, report, tools });
                 }
                 Ok(None) => break,
                 Err(error) => {
@@ -52,42 +66,105 @@ fn report(
     }
 }
 
+/// Writes what each tool feels of all clays.
+#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
+pub(super) fn feel(
+    clays: Query<(Entity, &ClayEngine), With<Clay>>,
+    mut tools: Query<(Entity, &SculptTool, &mut ToolForce)>,
+    transforms: TransformHelper,
+    mut held: ResMut<HeldTime>,
+) {
+    let _watch = held.watch();
+    let mut felt: EntityHashMap<Felt> = EntityHashMap::default();
+    for (clay, engine) in &clays {
+        let Ok(transform) = transforms.compute_global_transform(clay) else { continue };
+        let Ok(space) = ClaySpace::new(&transform) else { continue };
+        for (tool, report) in &engine.plans.felt {
+            let [force, torque] = [report.force, report.torque].map(|v| space.vector_to_world(v));
+            felt.entry(*tool).or_default().add(clay, force, torque, report.contacts + report.tagged);
+        }
+    }
+    for (entity, tool, mut force) in &mut tools {
+        let now = felt.remove(&entity).filter(|_| tool.is_active).unwrap_or_default();
+        force.set_if_neq(now.into());
+    }
+}
+
+/// What a tool feels, in the world.
+#[derive(Default)]
+struct Felt {
+    force: DVec3,
+    torque: DVec3,
+    contacts: u64,
+    /// The clay that presses hardest, and how hard \[N\].
+    hardest: Option<(Entity, f64)>,
+}
+
+impl Felt {
+    fn add(&mut self, clay: Entity, force: DVec3, torque: DVec3, contacts: u64) {
+        self.force += force;
+        self.torque += torque;
+        self.contacts += contacts;
+        let size = force.length();
+        if contacts > 0 && self.hardest.is_none_or(|(_, most)| size > most) {
+            self.hardest = Some((clay, size));
+        }
+    }
+}
+
+impl From<Felt> for ToolForce {
+    fn from(felt: Felt) -> Self {
+        let Felt { force, torque, contacts, hardest } = felt;
+        Self { force: force.as_vec3(), torque: torque.as_vec3(), contacts, clay: hardest.map(|(clay, _)| clay) }
+    }
+}
+
 /// What a status is written from.
 type Sources<'a> = (
-    &'a EngineStart,
+    (&'a Base, &'a EngineStart),
     Option<&'a mut ClayEngine>,
     (Option<&'a ClaySurface>, Option<&'a Drawn>, Option<&'a Declined>),
     Option<&'a Following>,
 );
 
 /// Says how each clay is doing.
-pub(super) fn status(mut clays: Query<(&mut ClayStatus, Sources), With<Clay>>, mut held: ResMut<HeldTime>) {
+pub(super) fn status(
+    mut clays: Query<(Entity, &mut ClayStatus, &mut ClayMetrics, Sources), With<Clay>>,
+    mut commands: Commands,
+    mut held: ResMut<HeldTime>,
+) {
     let longest = held.longest_ms();
     let _watch = held.watch();
-    for (mut status, (start, engine, (surface, drawn, declined), following)) in &mut clays {
-        status.main_thread_ms = longest;
-        (status.mesh_ms, status.triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.triangle_count()));
-        if let Some(drawn) = drawn {
-            status.triangle_count = drawn.triangle_count();
-        }
-        let mut error = start.error().cloned();
+    for (entity, mut status, mut metrics, ((base, start), engine, (surface, drawn, declined), following)) in &mut clays {
+        let (mesh_ms, triangle_count) = surface.map_or((0.0, 0), |s| (s.extract_ms(), s.triangle_count()));
+        let triangle_count = drawn.map_or(triangle_count, Drawn::triangle_count);
+        let before = *metrics;
+        let mut now = ClayMetrics { main_thread_ms: longest, mesh_ms, triangle_count, ..before };
+        let mut error = base.error.clone().map(ClayError::Source).or_else(|| start.error());
+        let mut new = ClayStatus { error: None, ..status.clone() };
         if let Some(mut engine) = engine {
             let engine = engine.bypass_change_detection();
-            if status.engine != engine.name {
-                status.engine.clone_from(&engine.name);
+            new.engine.clone_from(&engine.name);
+            let planner = &engine.plans.planner;
+            new.cell_width = planner.cell_width();
+            (now.given_up, now.lag) = (planner.given_up(), planner.lag());
+            now.rate = engine.pace.rate(now.time);
+            if let Some(reason) = engine.stopped.as_ref().filter(|_| !engine.is_loss_said).map(ToString::to_string) {
+                engine.is_loss_said = true;
+                commands.trigger(ClayEngineLost { entity, reason });
             }
-            status.cell_width = engine.plans.planner.cell_width();
-            status.given_up = engine.plans.planner.given_up();
-            status.lag = engine.plans.planner.lag();
-            status.rate = engine.pace.rate(status.time);
-            let stopped = engine.stopped.as_ref().map(ToString::to_string);
-            error = error.or(stopped).or(engine.plans.refused.as_ref().map(ToString::to_string));
+            let stopped = engine.stopped.as_ref().map(|error| ClayError::Stopped(error.to_string()));
+            error = error.or(stopped).or(engine.plans.refused.clone().map(ClayError::Parameter));
         }
         let (fault, warnings) = following.map_or((None, &[][..]), |f| (f.error.clone(), f.warnings.as_slice()));
-        let declined = declined.map(|d| format!("the surface is made on the processor: {}", d.reason()));
-        status.error = error.or(fault).or(declined);
-        if status.warnings != warnings {
-            status.warnings = warnings.to_vec();
+        let declined = declined.map(|d| ClayError::Surface(d.reason().to_string()));
+        new.error = error.or(fault.map(ClayError::MaterialFile)).or(declined);
+        new.warnings = warnings.to_vec();
+        new.rest_volume = base.rest_volume;
+        if let Some(error) = new.error.clone().filter(|error| status.error.as_ref() != Some(error)) {
+            commands.trigger(ClayTrouble { entity, error });
         }
+        status.set_if_neq(new);
+        metrics.set_if_neq(now);
     }
 }

@@ -139,6 +139,8 @@ struct Clay {
     high: DVec3,
     warnings: Vec<String>,
     inputs: Vec<FileStamp>,
+    /// In the place of every mesh file.
+    mesh: Option<ImportedMesh>,
 }
 
 impl ClayScene {
@@ -151,15 +153,27 @@ impl ClayScene {
         self.build_within(base_dir, memory_limit())
     }
 
+    /// [`Self::build`], with `mesh` in the place of every mesh file: for meshes that a program has.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn build_with_mesh(&self, mesh: ImportedMesh) -> Result<BuiltScene, SceneError> {
+        self.build_of(Path::new("."), Some(mesh), memory_limit())
+    }
+
     /// [`Self::build`] with a limit of memory \[bytes\] of one's own.
     ///
     /// # Errors
     /// As [`Self::build`].
     pub fn build_within(&self, base_dir: &Path, memory_limit: f64) -> Result<BuiltScene, SceneError> {
+        self.build_of(base_dir, None, memory_limit)
+    }
+
+    fn build_of(&self, base_dir: &Path, mesh: Option<ImportedMesh>, memory_limit: f64) -> Result<BuiltScene, SceneError> {
         self.validate()?;
         let mut inputs = vec![];
         let (material, odd) = self.clay_material(base_dir, &mut inputs)?;
-        let Clay { solids, low, high, mut warnings, inputs: meshes } = self.clay_solids(base_dir)?;
+        let Clay { solids, low, high, mut warnings, inputs: meshes, .. } = self.clay_solids(base_dir, mesh)?;
         warnings.extend(odd);
         inputs.extend(meshes);
         self.check_memory(&solids, (low, high), memory_limit)?;
@@ -197,9 +211,9 @@ impl ClayScene {
         Ok(built)
     }
 
-    fn clay_solids(&self, base_dir: &Path) -> Result<Clay, SceneError> {
+    fn clay_solids(&self, base_dir: &Path, mesh: Option<ImportedMesh>) -> Result<Clay, SceneError> {
         let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut clay = Clay { solids: vec![], low, high, warnings: vec![], inputs: vec![] };
+        let mut clay = Clay { solids: vec![], low, high, warnings: vec![], inputs: vec![], mesh };
         for (index, body) in self.clay.iter().enumerate() {
             let solid = body.solid(base_dir, &mut clay)?;
             let (low, high) = solid.bounds();
@@ -341,11 +355,14 @@ impl Body {
 impl MeshBody {
     /// The solid; `clay` gains what is odd about it and the files it is read from.
     fn solid(&self, base_dir: &Path, clay: &mut Clay) -> Result<MeshSolid, SceneError> {
-        let warnings = &mut clay.warnings;
         let path = &self.path;
         let file = base_dir.join(path);
         let path = short(path);
-        let mut mesh = ImportedMesh::load_stamped(&file, &mut clay.inputs)?;
+        let mut mesh = match &clay.mesh {
+            Some(mesh) => mesh.clone(),
+            None => ImportedMesh::load_stamped(&file, &mut clay.inputs)?,
+        };
+        let warnings = &mut clay.warnings;
         mesh.place(self.rotation.quaternion(), 1.0, DVec3::ZERO);
         let (low, high) = mesh.bounds();
         let extent = high - low;

@@ -243,6 +243,30 @@ impl ClayScene {
         1.0
     }
 
+    /// Clay of these pieces on cells of `cell_width` \[m\]; all else as in a file that does not name it.
+    pub fn new(clay: Vec<Body>, cell_width: f64) -> Self {
+        Self {
+            file: Self::unnamed(),
+            clay,
+            cell_width,
+            particles_per_cell: Self::particles_per_cell_default(),
+            jitter: Self::jitter_default(),
+            seed: 0,
+            material: MaterialChoice::default(),
+            softening: None,
+            softening_length: None,
+            gravity: Self::gravity_default(),
+            domain: None,
+            walls: Self::walls_default(),
+            tools: vec![],
+            inertia: InertiaScaling::default(),
+            frame_time: Self::frame_time_default(),
+            duration: Self::duration_default(),
+            time_step: None,
+            outputs: Outputs::default(),
+        }
+    }
+
     /// Reads a scene from the text of a file.
     ///
     /// # Errors

@@ -2,14 +2,13 @@
 //!
 //! | file          | takes                | makes                                                          |
 //! |---------------|----------------------|----------------------------------------------------------------|
-//! | [`request`]   | [`ClayRequest`]s     | the clay reset, on another grid, exported; off the main thread |
-//! | [`history`]   | reports              | the last seconds of tool force and frame time                  |
+//! | [`notice`]    | answers of the clay  | the last one in a line                                         |
+//! | [`plots`]     | reports              | the last seconds of tool force and frame time                  |
 //! | [`material`]  | [`ClayMaterial`]     | its rows: names, units, ranges                                 |
-//! | [`panel`]     | settings, requests   | the window that changes the clay                               |
+//! | [`panel`]     | settings             | the window that changes the clay                               |
 //! | [`status`]    | status, history      | the window that shows how it is doing                          |
 //! | [`inspector`] | reflected components | every field of them, in a third window                         |
 //!
-//! [`ClayRequest`]: request::ClayRequest
 //! [`ClayMaterial`]: crate::sim::material::ClayMaterial
 //!
 //! ```no_run
@@ -25,11 +24,11 @@
 //!     .run();
 //! ```
 
-pub mod history;
 pub mod inspector;
 pub mod material;
+pub mod notice;
 pub mod panel;
-pub mod request;
+pub mod plots;
 pub mod status;
 
 use crate::plugin::schedule::ClaySystems;
@@ -41,7 +40,7 @@ use std::path::PathBuf;
 /// What most programs need.
 pub mod prelude {
     pub use super::ClayPanelPlugin;
-    pub use super::request::{ClayChange, ClayNotice, ClayRequest, ClayStart, ExportFormat};
+    pub use super::notice::ClayNotice;
 }
 
 /// The windows, and what their buttons ask for. Adds [`EguiPlugin`] if the app has not.
@@ -66,13 +65,15 @@ impl Plugin for ClayPanelPlugin {
         if !app.is_plugin_added::<DefaultInspectorConfigPlugin>() {
             app.add_plugins(DefaultInspectorConfigPlugin);
         }
-        app.add_message::<request::ClayRequest>()
-            .insert_resource(request::ExportFolder(self.export_folder.clone()))
-            .init_resource::<request::ClayNotice>()
+        app.insert_resource(panel::ExportFolder(self.export_folder.clone()))
+            .init_resource::<notice::ClayNotice>()
             .init_resource::<panel::PanelState>()
-            .init_resource::<history::ClayHistory>()
-            .add_systems(Update, (request::remember_start, request::answer, request::take).chain().before(ClaySystems::Report))
-            .add_systems(Update, history::record.after(ClaySystems::Report))
+            .init_resource::<plots::RecentFrames>()
+            .add_observer(notice::changed)
+            .add_observer(notice::exported)
+            .add_observer(notice::trouble)
+            .add_observer(notice::lost)
+            .add_systems(Update, plots::record.after(ClaySystems::Report))
             .add_systems(EguiPrimaryContextPass, (panel::window, status::window, inspector::window).chain());
     }
 }

@@ -1,12 +1,22 @@
 //! The window that changes the clay.
 
 use super::material::{self, Row};
-use super::request::{BodyFiles, ClayNotice, ClayRequest, ExportFormat};
-use crate::plugin::clay::{Clay, ClaySettings, ClayStatus, EngineChoice, MeshQuality, SurfaceBackend};
+use super::notice::ClayNotice;
+use crate::plugin::clay::{ClaySettings, EngineChoice, MeshQuality, SurfaceBackend};
+use crate::plugin::clock::ClayClock;
+use crate::plugin::events::{DropOffcuts, ExportClay, RedoClay, ResampleClay, ResetClay, UndoClay};
+use crate::plugin::status::{ClayMetrics, ClayStatus};
+use crate::plugin::undo::ClayHistory;
+use crate::scene::export::{BodyFiles, ExportFormat, ExportOptions, free_file};
 use crate::sim::material::ClayMaterial;
 use crate::sim::planner::InertiaScaling;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
+use std::path::PathBuf;
+
+/// Where exports go.
+#[derive(Resource, Clone, Debug)]
+pub(super) struct ExportFolder(pub(super) PathBuf);
 
 /// What the window holds beside the clay.
 #[derive(Resource, Clone, Debug, Default)]
@@ -24,7 +34,13 @@ pub(super) struct PanelState {
 const GRID_RANGE: f64 = 4.0;
 
 /// What the window changes.
-type Shown<'a> = (Entity, Option<&'a Name>, &'a Clay, &'a ClayStatus, &'a mut ClayMaterial, &'a mut ClaySettings);
+type Shown<'a> = (
+    Entity,
+    Option<&'a Name>,
+    Option<&'a ClayHistory>,
+    (&'a ClayStatus, &'a ClayMetrics),
+    (&'a mut ClayMaterial, &'a mut ClaySettings, &'a mut ClayClock),
+);
 
 /// The window.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
@@ -32,15 +48,18 @@ pub(super) fn window(
     mut contexts: EguiContexts,
     mut clays: Query<Shown>,
     mut state: ResMut<PanelState>,
-    mut requests: MessageWriter<ClayRequest>,
-    notice: Res<ClayNotice>,
+    folder: Res<ExportFolder>,
+    mut notice: ResMut<ClayNotice>,
+    mut commands: Commands,
 ) {
     let Ok(ctx) = contexts.ctx_mut() else { return };
     let mut names: Vec<(Entity, String)> =
         clays.iter().map(|(e, name, ..)| (e, name.map_or_else(|| e.to_string(), ToString::to_string))).collect();
     names.sort();
     let Some(entity) = state.selected.filter(|e| clays.contains(*e)).or_else(|| names.first().map(|n| n.0)) else { return };
-    let Ok((_, _, clay, status, mut clay_material, mut clay_settings)) = clays.get_mut(entity) else { return };
+    let Ok((_, _, history, doing, (mut clay_material, mut clay_settings, mut clay_clock))) = clays.get_mut(entity) else {
+        return;
+    };
     egui::Window::new("Clay").default_pos([8.0, 8.0]).resizable(false).show(ctx, |ui| {
         ui.spacing_mut().slider_width = 110.0;
         if names.len() > 1 {
@@ -52,17 +71,23 @@ pub(super) fn window(
             let mut material = *clay_material;
             material::rows(ui, &mut material);
             clay_material.set_if_neq(material);
-            if let Some(width) = grid_row(ui, &mut state, clay, status) {
-                requests.write(ClayRequest::Resample(entity, width));
+            if let Some(width) = grid_row(ui, &mut state, doing) {
+                commands.trigger(ResampleClay { entity, cell_width: width });
             }
             let mut settings = clay_settings.clone();
             choices(ui, &mut settings);
             clay_settings.set_if_neq(settings);
         });
         ui.separator();
-        let mut settings = clay_settings.clone();
-        buttons(ui, entity, &mut settings, &mut state, &mut requests);
-        clay_settings.set_if_neq(settings);
+        let mut clock = *clay_clock;
+        buttons(ui, entity, &mut clock, history, &mut commands);
+        clay_clock.set_if_neq(clock);
+        if let Some(options) = export_row(ui, &mut state) {
+            match free_file(&folder.0, state.format) {
+                Ok(path) => commands.trigger(ExportClay { entity, path, options }),
+                Err(error) => notice.warn(error.to_string()),
+            }
+        }
         if !notice.text.is_empty() {
             let colour = if notice.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
             ui.set_max_width(310.0);
@@ -72,8 +97,11 @@ pub(super) fn window(
 }
 
 /// The cell width; some when the user has let go of another one.
-fn grid_row(ui: &mut egui::Ui, state: &mut PanelState, clay: &Clay, status: &ClayStatus) -> Option<f64> {
-    let now = clay.snapshot().domain.cell_width;
+fn grid_row(ui: &mut egui::Ui, state: &mut PanelState, (status, metrics): (&ClayStatus, &ClayMetrics)) -> Option<f64> {
+    let now = status.cell_width;
+    if now <= 0.0 {
+        return None;
+    }
     let row = Row::logarithmic(
         "cell width",
         "Spacing of the grid, with 8 particles per cell. Taken when you let go: the shape is filled anew. Half the width shows half as small a detail, with 8 times the particles and 16 times the work.",
@@ -84,7 +112,7 @@ fn grid_row(ui: &mut egui::Ui, state: &mut PanelState, clay: &Clay, status: &Cla
     let mut width = state.cell_width.unwrap_or(now);
     let response = row.show(ui, &mut width);
     let ratio = now / width;
-    let (particles, work) = (status.particle_count as f64 * ratio.powi(3), status.frame_ms * ratio.powi(4));
+    let (particles, work) = (status.particle_count as f64 * ratio.powi(3), metrics.frame_ms * ratio.powi(4));
     ui.label("");
     ui.label(format!("{} particles, about {work:.0} ms a frame", thousands(particles)));
     ui.end_row();
@@ -135,30 +163,34 @@ fn choice<T: Copy + PartialEq>(ui: &mut egui::Ui, name: &str, hover: &str, value
     ui.end_row();
 }
 
-/// Pause, reset, offcuts, export.
-fn buttons(
-    ui: &mut egui::Ui,
-    clay: Entity,
-    settings: &mut ClaySettings,
-    state: &mut PanelState,
-    requests: &mut MessageWriter<ClayRequest>,
-) {
+/// Pause, reset, offcuts, undo and redo.
+fn buttons(ui: &mut egui::Ui, entity: Entity, clock: &mut ClayClock, history: Option<&ClayHistory>, commands: &mut Commands) {
     ui.horizontal(|ui| {
-        ui.toggle_value(&mut settings.is_paused, "pause")
-            .on_hover_text("Stops the clay's time. Tools then move without touching it.");
+        ui.toggle_value(&mut clock.paused, "pause").on_hover_text("Stops the clay's time. Tools then move without touching it.");
         if ui.button("reset").on_hover_text("Back to the shape at the start. Grid and material stay as they are.").clicked() {
-            requests.write(ClayRequest::Reset(clay));
+            commands.trigger(ResetClay { entity });
         }
         let hover = "Removes every piece but the largest: what a cut has parted from it.";
         if ui.button("drop offcuts").on_hover_text(hover).clicked() {
-            requests.write(ClayRequest::DropOffcuts(clay));
+            commands.trigger(DropOffcuts { entity });
+        }
+        let Some(history) = history else { return };
+        let button = |ui: &mut egui::Ui, name, count: usize, hover: &str| {
+            ui.add_enabled(count > 0, egui::Button::new(name)).on_hover_text(format!("{hover} {count} are left.")).clicked()
+        };
+        if button(ui, "undo", history.undo_count(), "Takes the last stroke or change back.") {
+            commands.trigger(UndoClay { entity });
+        }
+        if button(ui, "redo", history.redo_count(), "Does again what was taken back last.") {
+            commands.trigger(RedoClay { entity });
         }
     });
-    ui.horizontal(|ui| {
-        if ui.button("export").on_hover_text("Writes the surface, closed, into a new file.").clicked() {
-            let bodies = if state.is_apart { BodyFiles::Apart } else { BodyFiles::Together };
-            requests.write(ClayRequest::Export(clay, state.format, bodies));
-        }
+}
+
+/// What is to be exported, and how; some when the button is pressed.
+fn export_row(ui: &mut egui::Ui, state: &mut PanelState) -> Option<ExportOptions> {
+    let row = ui.horizontal(|ui| {
+        let is_asked = ui.button("export").on_hover_text("Writes the surface, closed, into a new file.").clicked();
         for format in ExportFormat::ALL {
             let name = format.extension().to_uppercase();
             ui.selectable_value(&mut state.format, format, name)
@@ -166,7 +198,10 @@ fn buttons(
         }
         ui.checkbox(&mut state.is_apart, "a file per piece")
             .on_hover_text("Each piece into a file of its own, the largest first.");
+        is_asked
     });
+    let bodies = if state.is_apart { BodyFiles::Apart } else { BodyFiles::Together };
+    row.inner.then(|| ExportOptions { bodies, ..ExportOptions::default() })
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! The window that shows how the clay is doing.
 
-use super::history::{ClayHistory, SPAN, Sample};
-use super::request::ClayStart;
-use crate::plugin::clay::{Clay, ClaySettings, ClayStatus};
+use super::plots::{RecentFrames, SPAN, Sample};
+use crate::plugin::clay::Clay;
+use crate::plugin::clock::ClayClock;
+use crate::plugin::status::{ClayMetrics, ClayStatus};
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -11,14 +12,14 @@ use egui_plot::{Line, Plot, PlotPoints};
 const MAIN_THREAD_MS_MAX: f64 = 2.0;
 
 /// What the window reads.
-type Shown<'a> = (&'a ClayStatus, &'a ClaySettings, Option<&'a ClayStart>);
+type Shown<'a> = (Entity, &'a ClayStatus, &'a ClayMetrics, &'a ClayClock);
 
 /// The window.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn window(
     mut contexts: EguiContexts,
     clays: Query<Shown, With<Clay>>,
-    history: Res<ClayHistory>,
+    history: Res<RecentFrames>,
     time: Res<Time<Real>>,
 ) {
     let Ok(ctx) = contexts.ctx_mut() else { return };
@@ -28,8 +29,8 @@ pub(super) fn window(
     let position = [ctx.content_rect().right() - 8.0, 8.0];
     egui::Window::new("State").default_pos(position).pivot(egui::Align2::RIGHT_TOP).resizable(false).show(ctx, |ui| {
         ui.set_max_width(280.0);
-        for (status, settings, start) in &clays {
-            egui::Grid::new("state").num_columns(2).show(ui, |ui| rows(ui, status, settings, start));
+        for shown @ (entity, status, ..) in &clays {
+            egui::Grid::new(("state", entity)).num_columns(2).show(ui, |ui| rows(ui, shown));
             trouble(ui, status);
         }
         let now = time.elapsed_secs_f64();
@@ -53,16 +54,16 @@ fn row(ui: &mut egui::Ui, name: &str, hover: &str, value: impl Into<egui::Widget
     ui.end_row();
 }
 
-fn rows(ui: &mut egui::Ui, status: &ClayStatus, settings: &ClaySettings, start: Option<&ClayStart>) {
+fn rows(ui: &mut egui::Ui, (_, status, metrics, clock): (Entity, &ClayStatus, &ClayMetrics, &ClayClock)) {
     let engine = if status.engine.is_empty() { "starting" } else { &status.engine };
     row(ui, "engine", "What runs the clay, and on what.", engine);
     let clay = format!("{} particles, {:.2} mm cells", status.particle_count, status.cell_width * 1e3);
     row(ui, "clay", "Particles in motion, and the spacing of the grid.", clay);
-    let pace = if settings.is_paused { "paused".into() } else { format!("{:.2} x real time", status.rate) };
-    row(ui, "clock", "The clay's own time, and how fast it goes.", format!("{:.2} s, {pace}", status.time));
-    let frame = format!("{:.1} ms, {} substeps", status.frame_ms, status.substeps);
+    let pace = if clock.stands() { "paused".into() } else { format!("{:.2} x real time", metrics.rate) };
+    row(ui, "clock", "The clay's own time, and how fast it goes.", format!("{:.2} s, {pace}", metrics.time));
+    let frame = format!("{:.1} ms, {} substeps", metrics.frame_ms, metrics.substeps);
     row(ui, "frame", "Wall time and substeps of the engine's last frame.", frame);
-    let t = &status.pass_ms;
+    let t = &metrics.pass_ms;
     let passes = format!("{:.1} sort, {:.1} grid, {:.1} particles, {:.1} report", t.rebin, t.grid, t.particles, t.report);
     row(
         ui,
@@ -70,14 +71,14 @@ fn rows(ui: &mut egui::Ui, status: &ClayStatus, settings: &ClaySettings, start: 
         "Parts of that frame in ms: sort into blocks; node sums and grid; gather and clay law; copies and sums.",
         passes,
     );
-    let surface = format!("{:.1} ms, {} triangles", status.mesh_ms, status.triangle_count);
+    let surface = format!("{:.1} ms, {} triangles", metrics.mesh_ms, metrics.triangle_count);
     row(ui, "surface", "Wall time of the last surface, on another thread.", surface);
-    let held = egui::RichText::new(format!("{:.2} ms", status.main_thread_ms));
-    let held = if status.main_thread_ms > MAIN_THREAD_MS_MAX { held.color(ui.visuals().warn_fg_color) } else { held };
+    let held = egui::RichText::new(format!("{:.2} ms", metrics.main_thread_ms));
+    let held = if metrics.main_thread_ms > MAIN_THREAD_MS_MAX { held.color(ui.visuals().warn_fg_color) } else { held };
     row(ui, "main thread", "Longest time that a system of the clay held the app in the last second.", held);
-    let first = start.map_or(0.0, |s| s.0.snapshot().rest_volume());
-    let change = if first > 0.0 && status.volume > 0.0 { 100.0 * (status.volume / first - 1.0) } else { 0.0 };
-    let volume = format!("{:.2} cm³ ({change:+.2} %)", status.volume * 1e6);
+    let first = status.rest_volume;
+    let change = if first > 0.0 && metrics.volume > 0.0 { 100.0 * (metrics.volume / first - 1.0) } else { 0.0 };
+    let volume = format!("{:.2} cm³ ({change:+.2} %)", metrics.volume * 1e6);
     row(ui, "volume", "Volume of the clay now, against what it was unloaded at the start.", volume);
 }
 
@@ -87,9 +88,9 @@ fn trouble(ui: &mut egui::Ui, status: &ClayStatus) {
         ui.add(egui::Label::new(egui::RichText::new(text).color(colour)).wrap());
     };
     match &status.error {
-        Some(error) => say(ui, error, ui.visuals().error_fg_color),
-        None if status.health.is_empty() || status.health == "healthy" => say(ui, "healthy", ui.visuals().text_color()),
-        None => say(ui, &status.health, ui.visuals().warn_fg_color),
+        Some(error) => say(ui, &error.to_string(), ui.visuals().error_fg_color),
+        None if status.health.is_ok() => say(ui, "healthy", ui.visuals().text_color()),
+        None => say(ui, &status.health.to_string(), ui.visuals().warn_fg_color),
     }
     for warning in &status.warnings {
         say(ui, warning, ui.visuals().warn_fg_color);
@@ -102,7 +103,7 @@ fn plot(
     (name, unit): (&str, &str),
     hover: &str,
     now: f64,
-    history: &ClayHistory,
+    history: &RecentFrames,
     value: impl Fn(&Sample) -> f64,
 ) {
     let points: Vec<[f64; 2]> = history.samples().map(|s| [s.time - now, value(s)]).filter(|[age, _]| *age >= -SPAN).collect();

@@ -1,6 +1,6 @@
 //! How old what is drawn is: vertices read back from where Bevy's cameras take them.
 
-use super::{DX, app_in_step, check, settle, status};
+use super::{DX, app_in_step, check, metrics, settle};
 use bevy::prelude::*;
 use bevy::render::mesh::allocator::{MeshAllocator, MeshAllocatorSettings};
 use bevy::render::render_resource::BufferUsages;
@@ -68,10 +68,10 @@ pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
         let render = app.get_sub_app_mut(RenderApp).ok_or("no render world")?;
         render.world_mut().get_resource_or_init::<MeshAllocatorSettings>().extra_buffer_usages |= BufferUsages::COPY_SRC;
         render.insert_resource(seen.clone()).add_systems(Render, look.in_set(RenderSystems::Cleanup));
-        let gravity = DVec3::NEG_Y * GRAVITY;
+        let gravity = Some(DVec3::NEG_Y * GRAVITY);
         let settings = ClaySettings { engine, gravity, surface: SurfaceBackend::Gpu, is_responsive: false, ..default() };
-        let clay = app.world_mut().spawn((Clay::new(super::cube()), settings)).id();
-        settle(&mut app, "the surface", |world| status(world, clay).triangle_count > 0)?;
+        let clay = app.world_mut().spawn((Clay::snapshot(super::cube()), settings)).id();
+        settle(&mut app, "the surface", |world| metrics(world, clay).triangle_count > 0)?;
         seen.0.lock().expect("the look").mesh = app.world().get::<Mesh3d>(clay).map(|mesh| mesh.id());
         app.update();
         let height = || seen.0.lock().expect("the look").height.map(f64::from).ok_or("nothing is drawn");
@@ -81,7 +81,7 @@ pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
         let mut is_done = |world: &World| {
             let pending = world.get::<ClayEngine>(clay).map_or(0, ClayEngine::pending);
             let under_way = if engine == EngineChoice::Gpu { pending as f64 * FRAME } else { 0.0 };
-            let time = status(world, clay).time;
+            let time = metrics(world, clay).time;
             // The frame before the third left it a tenth of a cell higher.
             let range = (fall(time) - 0.04 * DX)..=(fall(time + under_way) + 0.04 * DX);
             match height().map(|height| start - height) {
@@ -99,7 +99,7 @@ pub(super) fn frame_drawn_is_the_frame_simulated() -> Result<(), Failed> {
         if let Some(wrong) = wrong {
             return Err(wrong.into());
         }
-        check(status(app.world(), clay).time > 4.5 * FRAME, "the clay stands")?;
+        check(metrics(app.world(), clay).time > 4.5 * FRAME, "the clay stands")?;
     }
     Ok(())
 }

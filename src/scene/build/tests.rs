@@ -84,7 +84,7 @@ fn absurd_resolution_names_memory_and_the_width_that_fits() {
     let gib = f64::from(1 << 30);
     let check = |cell_width: f64, limit: f64| {
         let scene = ClayScene::from_ron(&text(cell_width)).expect("scene");
-        let clay = scene.clay_solids(Path::new(".")).expect("solids");
+        let clay = scene.clay_solids(Path::new("."), None).expect("solids");
         scene.check_memory(&clay.solids, (clay.low, clay.high), limit)
     };
     for (cell_width, limit) in [(1e-9, 8.0 * gib), (1e-5, gib), (1e-3, 0.02 * gib), (5e-5, 1e6 * gib)] {

@@ -249,6 +249,24 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
     write_whole(path, |out| out.write_all(text.as_bytes()))
 }
 
+/// A file `clay-001` and so on of `folder`, which need not be there, that no file and no piece of an earlier
+/// export has the name of.
+///
+/// # Errors
+/// A folder without a free name.
+pub fn free_file(folder: &Path, format: ExportFormat) -> Result<PathBuf, ExportError> {
+    const FILES_MAX: u32 = 10_000;
+    // Neither the file nor that of its first piece.
+    let name = |number: u32, piece: &str| folder.join(format!("clay-{number:03}{piece}.{}", format.extension()));
+    (1..FILES_MAX)
+        .find(|number| ["", "-1"].iter().all(|piece| !name(*number, piece).exists()))
+        .map(|number| name(number, ""))
+        .ok_or_else(|| {
+            let source = io::Error::new(io::ErrorKind::AlreadyExists, "there is no free name for another file");
+            ExportError::Io { path: folder.into(), source }
+        })
+}
+
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }

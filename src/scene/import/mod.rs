@@ -116,6 +116,20 @@ impl ImportedMesh {
         Ok(mesh)
     }
 
+    /// A mesh that a program has: vertex positions \[m\], triangles counter-clockwise seen from outside.
+    /// `name` names it in errors.
+    ///
+    /// # Errors
+    /// A position that is not finite, an index out of range, no triangle at all.
+    pub fn from_triangles(positions: &[DVec3], triangles: &[[u32; 3]], name: &str) -> Result<Self, SceneError> {
+        let fault = |reason: String| SceneError::Mesh { file: name.to_string(), line: None, reason: one_line(&reason) };
+        let mut soup = Soup::default();
+        positions.iter().try_for_each(|position| soup.push_position(*position)).map_err(fault)?;
+        triangles.iter().try_for_each(|triangle| soup.push_polygon(&triangle.map(u64::from))).map_err(fault)?;
+        let mesh = Self::merge(&soup);
+        if mesh.triangles.is_empty() { Err(fault("the mesh has no triangles".into())) } else { Ok(mesh) }
+    }
+
     /// Merges vertices of equal position; drops vertices without a triangle, triangles of fewer than three
     /// vertices, and all but the first of triangles of the same vertices that face the same way.
     fn merge(soup: &Soup) -> Self {

@@ -21,7 +21,7 @@
 //! for step in 0..3 {
 //!     let position = glam::DVec3::new(0.05, 0.09 - 1e-4 * f64::from(step), 0.05);
 //!     let pose = Pose { position, ..Pose::default() };
-//!     planner.pass(1.0 / 60.0, &[ToolSamples::now(0, 1, ball, pose)]);
+//!     planner.pass(1.0 / 60.0, &[ToolSamples::now(0, ball, pose)]);
 //!     if let Decision::Run(plan) = planner.next(&clay.material) {
 //!         engine.submit(plan).expect("a sound plan");
 //!         planner.sent();
@@ -181,6 +181,12 @@ impl Planner {
     /// in it.
     pub fn tool_pose(&self, key: u64) -> Option<Pose> {
         self.trails.seen(key)
+    }
+
+    /// The key of the tool that plans and reports call `id`, from when it was put down to the report after the
+    /// last that has it.
+    pub fn tool_key(&self, id: u32) -> Option<u64> {
+        self.trails.key(id)
     }
 
     /// Goes on where `old`, the planner of the same clay on another engine, stands.

@@ -39,8 +39,6 @@ const SAMPLES_MAX: usize = 1 << 16;
 pub struct ToolSamples {
     /// Tells one tool from another for as long as it is held.
     pub key: u64,
-    /// Names it in plans and reports.
-    pub id: u32,
     /// Shape and contact.
     pub tool: Tool,
     /// Poses in order of time \[s\], of any clock that goes on from look to look; the last one is now. At least
@@ -50,8 +48,8 @@ pub struct ToolSamples {
 
 impl ToolSamples {
     /// A tool that was looked at once.
-    pub fn now(key: u64, id: u32, tool: Tool, pose: Pose) -> Self {
-        Self { key, id, tool, samples: vec![PoseSample { time: 0.0, pose }] }
+    pub fn now(key: u64, tool: Tool, pose: Pose) -> Self {
+        Self { key, tool, samples: vec![PoseSample { time: 0.0, pose }] }
     }
 }
 
@@ -59,6 +57,7 @@ impl ToolSamples {
 #[derive(Clone, Debug)]
 struct Visit {
     key: u64,
+    /// Names the tool in plans and reports.
     id: u32,
     tool: Tool,
     /// In hand time; never empty.
@@ -105,11 +104,6 @@ impl Visit {
     /// Whether a frame from `from` to `to` may have it, for all that its own times say.
     fn is_due(&self, from: f64, to: f64) -> bool {
         if self.is_let_go { self.start() < to && self.goes_on_at(from) } else { self.start() <= to }
-    }
-
-    /// Whether no frame may have both.
-    fn is_same_tool(&self, other: &Self) -> bool {
-        self.key == other.key || self.id == other.id
     }
 
     /// Takes in poses of the tool's own clock, the last of them at `now` in hand time. A clock that goes
@@ -212,6 +206,11 @@ pub(super) struct Trails {
     lost: Option<f64>,
     /// Where the last frame began that was given up.
     failed: Option<f64>,
+    /// What each tool is called in plans and reports, from where it is first put down until the clay has no
+    /// more of it.
+    ids: HashMap<u64, u32>,
+    /// The last name that was given.
+    last_id: u32,
     /// Where the clay has each tool.
     seen: HashMap<u64, Pose>,
 }
@@ -227,7 +226,7 @@ impl Trails {
         for tool in tools {
             match self.visits.iter_mut().find(|v| v.key == tool.key && !v.is_let_go) {
                 Some(visit) => {
-                    (visit.id, visit.tool) = (tool.id, tool.tool);
+                    visit.tool = tool.tool;
                     visit.follow(&tool.samples, self.clock, self.swept);
                 }
                 None => self.put_down(tool, before),
@@ -241,16 +240,13 @@ impl Trails {
         let on_hand_time = |s: &PoseSample| self.clock - (last.time - s.time).max(0.0);
         let is_known = |s: &PoseSample| on_hand_time(s) < before;
         let [first, rest @ ..] = &tool.samples[tool.samples.iter().take_while(|s| is_known(s)).count()..] else { return };
+        let id = *self.ids.entry(tool.key).or_insert_with(|| {
+            self.last_id = self.last_id.wrapping_add(1);
+            self.last_id
+        });
         let samples = [PoseSample { time: on_hand_time(first), pose: first.pose }].into();
-        let mut visit = Visit {
-            key: tool.key,
-            id: tool.id,
-            tool: tool.tool,
-            samples,
-            own_time: first.time,
-            is_let_go: false,
-            is_begun: false,
-        };
+        let mut visit =
+            Visit { key: tool.key, id, tool: tool.tool, samples, own_time: first.time, is_let_go: false, is_begun: false };
         visit.follow(rest, self.clock, self.swept);
         self.visits.push(visit);
     }
@@ -263,6 +259,11 @@ impl Trails {
     /// Where the clay has a tool at the end of the last frame reported.
     pub(super) fn seen(&self, key: u64) -> Option<Pose> {
         self.seen.get(&key).copied()
+    }
+
+    /// The key of the tool that plans and reports call `id`.
+    pub(super) fn key(&self, id: u32) -> Option<u64> {
+        self.ids.iter().find(|(_, other)| **other == id).map(|(key, _)| *key)
     }
 
     /// What the next frame sweeps: `owed` \[s\] of the way, and as much more of a backlog as it can within
@@ -305,7 +306,7 @@ impl Trails {
     fn in_frame(&self, from: f64, to: f64) -> Vec<usize> {
         let mut here: Vec<usize> = vec![];
         for (i, visit) in self.visits.iter().enumerate() {
-            let is_late = here.iter().any(|j| self.visits[*j].is_let_go && self.visits[*j].is_same_tool(visit));
+            let is_late = here.iter().any(|j| self.visits[*j].is_let_go && self.visits[*j].key == visit.key);
             if visit.is_due(from, to) && !is_late {
                 here.push(i);
             }
@@ -317,11 +318,7 @@ impl Trails {
     fn handover(&self, from: f64, to: f64) -> Option<f64> {
         let here = self.in_frame(from, to);
         let late = (0..self.visits.len()).filter(|i| !here.contains(i)).map(|i| &self.visits[i]);
-        let times = late.filter(|v| v.is_due(from, to)).filter_map(|v| match v.start() {
-            start if start > from => Some(start),
-            // Two tools of one name were held at once.
-            _ => here.iter().map(|j| &self.visits[*j]).find(|w| w.is_same_tool(v)).map(Visit::end),
-        });
+        let times = late.filter(|v| v.is_due(from, to)).map(Visit::start);
         times.filter(|t| *t > from && *t < to).reduce(f64::min)
     }
 
@@ -389,6 +386,11 @@ impl Trails {
         let under_way = self.under_way.front().map(|sweep| sweep.from);
         let needed = self.lost.into_iter().chain(under_way).fold(self.swept, f64::min);
         self.visits.retain(|v| !v.is_let_go || v.goes_on_at(needed));
+        let (visits, under_way, seen) = (&self.visits, &self.under_way, &self.seen);
+        self.ids.retain(|key, _| {
+            let is_under_way = under_way.iter().any(|sweep| sweep.ends.contains_key(key));
+            is_under_way || seen.contains_key(key) || visits.iter().any(|v| v.key == *key)
+        });
         for visit in &mut self.visits {
             let first = visit.samples.partition_point(|s| s.time <= needed).saturating_sub(1);
             visit.samples.drain(..first);

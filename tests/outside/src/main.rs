@@ -9,7 +9,7 @@ fn main() -> AppExit {
 
 fn spawn(mut commands: Commands) -> Result {
     let scene = ClayScene::from_ron("(clay: [Box(size: (0.04, 0.02, 0.04), center: (0, 0.01, 0))], cell_width: 0.0025)")?;
-    commands.spawn(Clay::new(scene.build(std::path::Path::new("."))?.snapshot));
+    commands.spawn(Clay::snapshot(scene.build(std::path::Path::new("."))?.snapshot));
     commands.spawn((SculptTool::default(), Transform::from_xyz(0.0, 0.029, 0.0)));
     Ok(())
 }

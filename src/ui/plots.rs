@@ -22,11 +22,11 @@ pub struct Sample {
 
 /// The samples of the last [`SPAN`], oldest first.
 #[derive(Resource, Clone, Debug, Default)]
-pub struct ClayHistory {
+pub struct RecentFrames {
     samples: VecDeque<Sample>,
 }
 
-impl ClayHistory {
+impl RecentFrames {
     /// The samples, oldest first.
     pub fn samples(&self) -> impl Iterator<Item = &Sample> {
         self.samples.iter()
@@ -43,7 +43,7 @@ impl ClayHistory {
 
 /// Remembers what the reports say.
 #[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
-pub(super) fn record(mut reports: MessageReader<ClayReport>, time: Res<Time<Real>>, mut history: ResMut<ClayHistory>) {
+pub(super) fn record(mut reports: MessageReader<ClayReport>, time: Res<Time<Real>>, mut history: ResMut<RecentFrames>) {
     for ClayReport { report, .. } in reports.read() {
         let force = report.tools.iter().map(|t| t.force.length()).fold(0.0, f64::max);
         history.push(Sample { time: time.elapsed_secs_f64(), force, frame_ms: report.timings.total * 1e3 });
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn history_is_of_the_last_seconds_and_bounded() {
-        let mut history = ClayHistory::default();
+        let mut history = RecentFrames::default();
         for i in 0..100 {
             history.push(Sample { time: f64::from(i), force: 0.0, frame_ms: 1.0 });
         }
