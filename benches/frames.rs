@@ -43,7 +43,6 @@ struct Press {
 }
 
 /// The ball sinks in at 10 mm/s, 4 mm deep, and comes up again.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn press(time: Res<Time>, mut press: ResMut<Press>, mut ball: Single<&mut Transform, With<SculptTool>>) {
     press.seconds += time.delta_secs();
     let depth = 0.004 * (press.seconds * 2.5).sin();

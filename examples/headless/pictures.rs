@@ -1,5 +1,4 @@
 //! Pictures of a run, drawn after it without a window: the clay with its tools, lit, with shadows.
-#![expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 
 #[path = "../studio/mod.rs"]
 mod studio;

@@ -36,7 +36,6 @@ const CONTROLS: [(&str, &str); 13] = [
 type KeysOf<'a> = (Res<'a, ButtonInput<KeyCode>>, Res<'a, EguiWantsInput>);
 
 /// Keys.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn keys(
     (keys, egui): KeysOf,
     clay: Single<(Entity, &mut ClayClock), With<Clay>>,
@@ -92,7 +91,6 @@ pub(crate) fn keys(
 }
 
 /// The bar of tools.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn bar(
     mut contexts: EguiContexts,
     (mut hand, mut help): (ResMut<Hand>, ResMut<Help>),

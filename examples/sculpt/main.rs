@@ -106,7 +106,6 @@ fn display() -> Result<(), String> {
 }
 
 /// Puts the clay on the table.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn set_up(
     (args, start, adapter): (Res<Args>, Res<Start>, Res<RenderAdapterInfo>),
     mut commands: Commands,

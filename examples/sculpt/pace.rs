@@ -39,7 +39,6 @@ pub(crate) struct Pace {
 
 /// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not
 /// drawn leaves its time to the clay.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn draw(args: Res<Args>, pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
     const RESTING: Duration = Duration::from_millis(100);
     // A run of so many frames is to end.
@@ -54,7 +53,6 @@ pub(crate) fn draw(args: Res<Args>, pace: Res<Pace>, mut winit: ResMut<WinitSett
 type Stirred = Or<(Changed<ClayMaterial>, Changed<ClaySettings>, Changed<Clay>)>;
 
 /// Sets the clock from the last reports.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn keep(
     mut reports: MessageReader<ClayReport>,
     stirred: Query<(), (With<Clay>, Stirred)>,

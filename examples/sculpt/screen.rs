@@ -37,7 +37,6 @@ pub(crate) struct Drawn {
 type Seen = Or<(Changed<ClaySurface>, Changed<Orbit>, (With<InHand>, Or<(Changed<Transform>, Changed<Visibility>)>))>;
 
 /// Lets the eye draw the small picture when it is due.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn refresh(
     picture: Option<Res<SmallPicture>>,
     seen: Query<(), Seen>,

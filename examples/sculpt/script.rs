@@ -23,7 +23,6 @@ pub(crate) enum Script {
 }
 
 /// Points at the middle of the clay, presses, lets go, ends the run.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn play(
     camera: Single<&GlobalTransform, With<Camera3d>>,
     clay: Query<(&ClaySurface, &ClayMetrics)>,

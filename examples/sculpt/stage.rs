@@ -88,7 +88,6 @@ pub(crate) fn set(
 
 /// Turns, moves and zooms the camera by the mouse: right or middle drag turns, with shift it moves, the wheel
 /// zooms.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn orbit(
     camera: Single<(&mut Orbit, &mut Transform)>,
     buttons: Res<ButtonInput<MouseButton>>,

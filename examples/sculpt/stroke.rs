@@ -38,7 +38,6 @@ pub(crate) struct Pointer {
 }
 
 /// Points where the mouse does; presses that begin on a panel are the panel's.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn point(
     window: Query<&Window, With<PrimaryWindow>>,
     camera: Single<(&Camera, &GlobalTransform), With<Camera3d>>,
@@ -128,7 +127,6 @@ struct Held<'a> {
 }
 
 /// Moves the tool.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn work(
     (pointer, hand): (Res<Pointer>, Res<Hand>),
     surface: Query<&ClaySurface>,

@@ -180,7 +180,6 @@ pub(crate) fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mu
 }
 
 /// Gives the entity the shape of the tool in hand.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn shape(hand: Res<Hand>, tool: Single<(&mut SculptTool, &Mesh3d), With<InHand>>, mut meshes: ResMut<Assets<Mesh>>) {
     let (mut tool, mesh) = tool.into_inner();
     let wanted = hand.shape();
@@ -195,7 +194,6 @@ pub(crate) fn shape(hand: Res<Hand>, tool: Single<(&mut SculptTool, &Mesh3d), Wi
 type HandOnly = (With<InHand>, Without<InClay>);
 
 /// Draws the tool where the clay has it, while that is elsewhere than in the hand.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn late(
     hand: Single<(Entity, &Transform), HandOnly>,
     late: Single<(&mut Transform, &mut Visibility), With<InClay>>,

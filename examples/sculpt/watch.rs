@@ -90,7 +90,6 @@ struct Counting {
 }
 
 /// Counts, and times the answer to each press.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn count(
     surface: Query<&ClaySurface, Changed<ClaySurface>>,
     metrics: Single<&ClayMetrics>,
@@ -189,7 +188,6 @@ impl Watch {
 }
 
 /// Ends the run when it is over: takes the picture, checks, leaves.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(crate) fn end(
     args: Res<Args>,
     clay: Single<(&ClayStatus, &ClayMetrics)>,

@@ -122,7 +122,6 @@ type Shown<'a> = (Option<&'a Drawn>, Option<&'a Declined>, Has<MeshMaterial3d<St
 type Store<'w> = (Option<ResMut<'w, Assets<Mesh>>>, Option<ResMut<'w, Assets<StandardMaterial>>>);
 
 /// Chooses where each clay's surface is made; gives those that the device makes a mesh that is large enough.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn choose(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Shown), With<Clay>>,
     app: AppDevice,
@@ -192,7 +191,6 @@ fn is_wanted_on(device: &SharedDevice, settings: &ClaySettings) -> bool {
 }
 
 /// Takes over what is to be drawn.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn extract(clays: Extract<Query<(Entity, &ClayEngine, &Drawn)>>, mut surfaces: ResMut<passes::Surfaces>) {
     let job = |(entity, engine, drawn): (Entity, &ClayEngine, &Drawn)| {
         let source = match &engine.bridge {

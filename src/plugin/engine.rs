@@ -315,13 +315,11 @@ impl Plugin for EnginePlugin {
 }
 
 /// Ends what runs for a [`Clay`] that goes.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
     commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart)>();
 }
 
 /// Starts the engine of each clay that has none, or not the one it should have.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn start(
     mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
     app: AppDevice,
@@ -349,12 +347,11 @@ pub(super) fn start(
     }
 }
 
+/// Clay whose engine may be ready.
+type Starting<'a> = (Entity, &'a mut EngineStart, (&'a mut ClayStatus, &'a mut ClayMetrics), Option<&'a mut ClayEngine>);
+
 /// Puts engines that are ready in the place of those before.
-pub(super) fn admit(
-    mut clays: Query<(Entity, &mut EngineStart, (&mut ClayStatus, &mut ClayMetrics), Option<&mut ClayEngine>)>,
-    mut commands: Commands,
-    mut held: ResMut<HeldTime>,
-) {
+pub(super) fn admit(mut clays: Query<Starting>, mut commands: Commands, mut held: ResMut<HeldTime>) {
     let _watch = held.watch();
     for (entity, mut start, (mut status, mut metrics), old) in &mut clays {
         let start = start.bypass_change_detection();

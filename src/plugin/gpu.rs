@@ -43,14 +43,12 @@ impl Plugin for GpuPlugin {
 }
 
 /// Takes over the engines of the main world.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn extract(engines: Extract<Query<&ClayEngine>>, mut bridges: ResMut<Bridges>) {
     bridges.all.clear();
     bridges.all.extend(engines.iter().filter(|e| e.stopped.is_none()).filter_map(|e| e.bridge.clone()));
 }
 
 /// Records the passes of every engine on this device.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut bridges: ResMut<Bridges>) {
     let Bridges { all, recorded } = &mut *bridges;
     recorded.clear();
@@ -64,7 +62,6 @@ pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut br
 
 /// Tells the engines that their commands are on their way, and asks the device what has ended: on this thread
 /// nothing else is submitted meanwhile, and a lost device tells only who asks.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn submitted(device: Res<RenderDevice>, mut bridges: ResMut<Bridges>) {
     bridges.recorded.drain(..).for_each(|bridge| bridge.link.submitted());
     if !bridges.all.is_empty() {

@@ -45,12 +45,15 @@ struct Done {
     extent: Option<Extent>,
 }
 
+/// Something that is being done.
+type Doing = Task<Result<Done, String>>;
+
 /// What is to be done to a piece of clay, and under way.
 #[derive(Component, Default)]
 pub(super) struct Ops {
     waiting: VecDeque<Op>,
     /// With the start of the clay that it is done to.
-    under_way: Option<(Arc<Snapshot>, Task<Result<Done, String>>)>,
+    under_way: Option<(Arc<Snapshot>, Doing)>,
     /// What will be done when an engine runs the new clay.
     change: Option<ClayChange>,
     exports: Vec<Task<Result<Vec<PathBuf>, String>>>,

@@ -67,7 +67,6 @@ fn report(
 }
 
 /// Writes what each tool feels of all clays.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn feel(
     clays: Query<(Entity, &ClayEngine), With<Clay>>,
     mut tools: Query<(Entity, &SculptTool, &mut ToolForce)>,

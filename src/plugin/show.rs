@@ -195,7 +195,6 @@ impl Plugin for ShowPlugin {
 }
 
 /// Ends what is shown of a [`Clay`] that goes.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
     commands.entity(gone.entity).try_remove::<(Extracting, ClaySurface)>();
 }
@@ -264,7 +263,6 @@ type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<DrawnByDevi
 
 /// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for
 /// nothing.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn request(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Showing), With<Clay>>,
     meshes: Option<Res<Assets<Mesh>>>,

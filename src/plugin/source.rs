@@ -30,6 +30,7 @@ const CELLS: f64 = 20.0;
 #[derive(Clone, Debug, PartialEq, Reflect)]
 #[reflect(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "one a clay, and reflection knows no boxes")]
 pub enum ClaySource {
     /// A block that stands on the floor, its underside's middle at the entity.
     Block {
@@ -246,7 +247,6 @@ type Sources<'a> = (Entity, Ref<'a, Clay>, &'a mut Base, Option<&'a mut ClayMate
 
 /// Takes up clay that is new, away from the main thread, and puts its material beside it unless the app has
 /// put another one there.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn build(
     mut clays: Query<Sources>,
     (meshes, assets): (Option<Res<Assets<Mesh>>>, Option<Res<AssetServer>>),

@@ -47,7 +47,6 @@ type Tools<'a> = (Entity, &'a SculptTool, &'a mut ToolStatus, Option<&'a mut Too
 type Faults = EntityHashMap<ParamsError>;
 
 /// Plans a frame for each clay that runs.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn step(
     (time, real, gravity): (Res<Time>, Res<Time<Real>>, Res<ClayGravity>),
     mut gap: Local<Gap>,

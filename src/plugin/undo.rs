@@ -124,7 +124,6 @@ impl Kept {
 }
 
 /// Asks for the state after each stroke.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn mark_strokes(mut clays: Query<(&mut ClayHistory, &mut Ops, &ClayEngine)>, real: Res<Time<Real>>) {
     let now = real.elapsed_secs_f64();
     for (mut history, mut ops, engine) in &mut clays {

@@ -43,7 +43,6 @@ type Shown<'a> = (
 );
 
 /// The window.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn window(
     mut contexts: EguiContexts,
     mut clays: Query<Shown>,

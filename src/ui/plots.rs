@@ -42,7 +42,6 @@ impl RecentFrames {
 }
 
 /// Remembers what the reports say.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn record(mut reports: MessageReader<ClayReport>, time: Res<Time<Real>>, mut history: ResMut<RecentFrames>) {
     for ClayReport { report, .. } in reports.read() {
         let force = report.tools.iter().map(|t| t.force.length()).fold(0.0, f64::max);

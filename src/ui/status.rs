@@ -15,7 +15,6 @@ const MAIN_THREAD_MS_MAX: f64 = 2.0;
 type Shown<'a> = (Entity, &'a ClayStatus, &'a ClayMetrics, &'a ClayClock);
 
 /// The window.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn window(
     mut contexts: EguiContexts,
     clays: Query<Shown, With<Clay>>,

@@ -46,7 +46,6 @@ fn read(device: &RenderDevice, queue: &RenderQueue, buffer: &wgpu::Buffer, words
 }
 
 /// The lowest corner of all triangles that have a size.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 fn look(look: Res<Look>, device: Res<RenderDevice>, queue: Res<RenderQueue>, allocator: Res<MeshAllocator>) {
     let mut look = look.0.lock().expect("the look");
     let Some(id) = look.mesh else { return };

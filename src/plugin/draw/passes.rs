@@ -69,7 +69,6 @@ impl Made {
 }
 
 /// Records the passes of every surface, after those of the engines and before any camera.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn record(
     mut context: RenderContext,
     queue: Res<RenderQueue>,
@@ -204,7 +203,6 @@ fn upload_buffer(drawn: &Drawn, count: u32) -> wgpu::Buffer {
 }
 
 /// Asks for the statuses whose copies are on their way, and asks the device what has come.
-#[expect(clippy::needless_pass_by_value, reason = "Bevy hands parameters to systems by value")]
 pub(super) fn submitted(device: Res<RenderDevice>, surfaces: Res<Surfaces>) {
     surfaces.made.values().for_each(|made| made.readback.submitted());
     if !surfaces.made.is_empty() {
