@@ -307,3 +307,25 @@ fn planted_faults_are_found() {
         assert!(forbidden(module, text).is_empty(), "{module}: {text}");
     }
 }
+
+/// What makes objects on a device names them as this crate's: an error that names one is told apart by that.
+#[test]
+fn objects_on_a_device_are_named_by_the_crate() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut found = vec![];
+    for path in files(&root).iter().filter(|path| path.extension().is_some_and(|e| e == "rs")) {
+        let text = fs::read_to_string(path).expect("text");
+        let code = code(text.split("#[cfg(test)]").next().unwrap_or_default());
+        for after in code.split("label: ").skip(1).filter(|_| code.contains("wgpu::")) {
+            let is_named = ["Some(\"bevy_clay:", "Some(&label", "Some(LABEL"].iter().any(|named| after.starts_with(named));
+            let is_type = ["&", "Option<", "String", "u32"].iter().any(|ty| after.starts_with(ty));
+            if !is_named && !is_type {
+                found.push(format!("{}: label: {}", path.display(), after.lines().next().unwrap_or_default()));
+            }
+        }
+        for default in ["EncoderDescriptor::default()", "ComputePassDescriptor::default()"] {
+            found.extend(code.contains(default).then(|| format!("{}: {default}", path.display())));
+        }
+    }
+    assert!(found.is_empty(), "labels that do not begin with `bevy_clay:`:\n{}", found.join("\n"));
+}

@@ -2,6 +2,7 @@
 
 use super::super::params::{BLOCK, Domain};
 use super::device::{self, GpuError};
+use super::label::label;
 use super::layout::{FIELDS, Status, Total};
 use super::params::Params;
 use super::pass::Id;
@@ -278,7 +279,7 @@ fn scan(device: &wgpu::Device, source: &wgpu::Buffer, len: u32) -> Scan {
 }
 
 fn buffer(device: &wgpu::Device, name: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let label = format!("clay:{name}");
+    let label = label(name);
     device.create_buffer(&wgpu::BufferDescriptor { label: Some(&label), size: bytes.max(4), usage, mapped_at_creation: false })
 }
 

@@ -68,7 +68,7 @@ impl GpuDevice {
             wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
         let adapter = wait(instance.request_adapter(&options)).map_err(|e| GpuError::NoAdapter(e.to_string()))?;
         let descriptor = wgpu::DeviceDescriptor {
-            label: Some("clay"),
+            label: Some("bevy_clay:device"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: adapter.limits(),
             ..Default::default()

@@ -5,6 +5,7 @@ use super::super::params::Domain;
 use super::super::weld::WeldRule;
 use super::buffers::{Buffers, SUBMISSION_STEPS, Variant};
 use super::kernels::Kernels;
+use super::label::label;
 use super::params::{Params, bent_blades};
 use super::pass::Id;
 use super::stamps::{Stamps, Stretch};
@@ -174,7 +175,7 @@ impl<'a> Encoding<'a> {
             self.bind(*id, *v);
         }
         let stamps = self.stamps.zip(stretch).map(|(stamps, stretch)| stamps.writes(stretch));
-        let descriptor = wgpu::ComputePassDescriptor { label: Some("clay"), timestamp_writes: stamps };
+        let descriptor = wgpu::ComputePassDescriptor { label: Some("bevy_clay:frame"), timestamp_writes: stamps };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         for key in dispatches {
             let (Some(kernel), Some(group)) = (self.work.kernels.get(key.0), self.groups.get(key)) else { continue };
@@ -196,7 +197,7 @@ impl<'a> Encoding<'a> {
             };
             let entries: Vec<_> = kernel.bindings.iter().filter_map(entry).collect();
             w.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(id.pass().name),
+                label: Some(&label(id.pass().name)),
                 layout: &kernel.layout,
                 entries: &entries,
             })

@@ -1,5 +1,7 @@
 //! One compute pass, ready to run: made from its text alone.
 
+use super::label::label;
+
 /// A pipeline and what it binds.
 #[derive(Debug)]
 pub(crate) struct Kernel {
@@ -33,7 +35,7 @@ pub(crate) fn bindings(text: &str) -> Vec<Binding> {
 impl Kernel {
     /// Compiles `text`, whose entry point is `name`.
     pub(crate) fn new(device: &wgpu::Device, name: &str, text: String) -> Self {
-        let label = format!("clay:{name}");
+        let label = label(name);
         let bindings = bindings(&text);
         let entry = |b: &Binding| wgpu::BindGroupLayoutEntry {
             binding: b.index,

@@ -14,7 +14,7 @@
 //! | `handed`   | surfaces and states that frames have handed out; `handout`: when                |
 //! | `readback` | what comes back, without waiting; `stamps`: device times                 |
 //! | `report`   | sums -> a frame's report                                                 |
-//! | `device`   | a device without a window, limits, `CLAY_GPU`                            |
+//! | `device`   | a device without a window, limits, `CLAY_GPU`; `label`: names on it      |
 //!
 //! A frame starts from the records of the frame before and writes records of its own: whatever goes wrong on
 //! the device sets a bit in the status word, every later pass returns at once, and the host runs the frame
@@ -27,6 +27,7 @@ mod handed;
 mod handout;
 pub(crate) mod kernel;
 mod kernels;
+pub(crate) mod label;
 pub(crate) mod layout;
 mod params;
 mod part;
@@ -229,7 +230,7 @@ impl GpuEngine {
     fn pump(&self) {
         let GpuDevice { device, queue, .. } = &self.link.shared.device;
         while !self.is_linked && self.submissions.load(Ordering::Acquire) < SUBMISSIONS_MAX {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("clay") });
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bevy_clay:frame") });
             if !self.link.encode(&mut encoder) {
                 return;
             }

@@ -60,7 +60,7 @@ impl Readback {
         let stamps = next(STAMP_BYTES);
         let [totals, surface, records] = of_clay(buffers, outputs).map(&mut next);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("clay:readback"),
+            label: Some("bevy_clay:readback"),
             size: end,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,

@@ -36,12 +36,12 @@ impl Stamps {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
             set: device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("clay:stamps"),
+                label: Some("bevy_clay:stamps"),
                 ty: wgpu::QueryType::Timestamp,
                 count: COUNT,
             }),
             resolved: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("clay:stamps"),
+                label: Some("bevy_clay:stamps"),
                 size: STAMP_BYTES,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,

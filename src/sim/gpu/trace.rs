@@ -67,12 +67,12 @@ fn key_of(packed: u32) -> CutKey {
 fn read<T: Pod>(device: &GpuDevice, from: &wgpu::Buffer) -> Result<Vec<T>, EngineError> {
     let GpuDevice { device, queue, .. } = device;
     let staging = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("clay:trace"),
+        label: Some("bevy_clay:trace"),
         size: from.size(),
         usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bevy_clay:trace") });
     encoder.copy_buffer_to_buffer(from, 0, &staging, 0, from.size());
     queue.submit([encoder.finish()]);
     staging.map_async(wgpu::MapMode::Read, .., |_| {});

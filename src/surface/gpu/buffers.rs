@@ -2,6 +2,7 @@
 
 use super::layout::{Params, Region, SurfaceStatus, Work};
 use super::wgsl::{SCAN_CHUNK, case_words};
+use crate::sim::gpu::label::label;
 use crate::sim::gpu::{GpuError, check};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -102,7 +103,7 @@ impl Buffers {
         check("max_storage_buffer_binding_size", most, field_bytes.max(4 * u64::from(entries[1])), fits)?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let make = |name: &str, bytes: u64, usage: wgpu::BufferUsages| {
-            let label = format!("clay surface:{name}");
+            let label = label(&format!("surface {name}"));
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(&label),
                 // No larger than asked for: passes go by the length of what is bound.
@@ -116,7 +117,7 @@ impl Buffers {
         let for_grains = |name: &str, bytes: u64| storage(name, if has_grains { bytes } else { 0 });
         // No slot has a block.
         let empty = |name: &str, slots: u32| {
-            let (label, contents) = (format!("clay surface:{name}"), vec![u8::MAX; words(slots.max(1)) as usize]);
+            let (label, contents) = (label(&format!("surface {name}")), vec![u8::MAX; words(slots.max(1)) as usize]);
             device.create_buffer_init(&BufferInitDescriptor { label: Some(&label), contents: &contents, usage })
         };
         let slots = [room.cell_blocks, room.blocks];
@@ -145,7 +146,7 @@ impl Buffers {
             kept_grains: for_grains("kept grains", 4 * words(particles.max(1))),
             grain_counts: for_grains("grain counts", words(particles.div_ceil(64))),
             cases: device.create_buffer_init(&BufferInitDescriptor {
-                label: Some("clay surface:cases"),
+                label: Some("bevy_clay:surface cases"),
                 contents: bytemuck::cast_slice(&case_words()),
                 usage: wgpu::BufferUsages::UNIFORM,
             }),

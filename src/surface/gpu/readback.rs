@@ -25,7 +25,7 @@ impl StatusReadback {
     /// A readback for surfaces on `device`.
     pub fn new(device: &wgpu::Device) -> Self {
         let staging = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("clay surface:status readback"),
+            label: Some("bevy_clay:surface status readback"),
             size: size_of::<SurfaceStatus>() as u64,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
