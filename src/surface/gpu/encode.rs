@@ -1,12 +1,15 @@
 //! The order of the passes, once.
 
 use super::buffers::Level;
-use super::layout::SurfaceStatus;
+use super::layout::{SurfaceStatus, VERTEX_WORDS};
 use super::surface::GpuSurface;
 use super::wgsl::{Id, SCAN_CHUNK};
+use crate::sim::gpu::label::label;
 use std::mem::offset_of;
+use std::num::NonZeroU64;
 
-/// Where the mesh goes: parts of buffers with usage `STORAGE`.
+/// Where the mesh goes: parts of buffers with usage `STORAGE`. Only these parts are bound, so that buffers may
+/// be larger than a binding; what a part may have is a binding's size less 256 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshTarget<'a> {
     /// Vertices of 7 words.
@@ -21,6 +24,36 @@ pub struct MeshTarget<'a> {
     pub index_first: u32,
     /// Most indices.
     pub index_capacity: u32,
+}
+
+/// A part of a buffer as it is bound: bindings begin at multiples of the device's alignment.
+#[derive(Clone)]
+struct Part<'a> {
+    bound: wgpu::BufferBinding<'a>,
+    /// Where it begins in what is bound \[words\].
+    start: u32,
+}
+
+impl<'a> Part<'a> {
+    /// `count` words from word `first` on.
+    fn new(device: &wgpu::Device, buffer: &'a wgpu::Buffer, first: u64, count: u64) -> Self {
+        let alignment = u64::from(device.limits().min_storage_buffer_offset_alignment);
+        let offset = 4 * first / alignment * alignment;
+        let start = 4 * first - offset;
+        let bound = wgpu::BufferBinding { buffer, offset, size: NonZeroU64::new(start + 4 * count) };
+        Self { bound, start: (start / 4) as u32 }
+    }
+}
+
+impl<'a> MeshTarget<'a> {
+    fn vertex_part(&self, device: &wgpu::Device) -> Part<'a> {
+        let [first, count] = [self.vertex_first, self.vertex_capacity].map(|n| u64::from(VERTEX_WORDS) * u64::from(n));
+        Part::new(device, self.vertices, first, count)
+    }
+
+    fn index_part(&self, device: &wgpu::Device) -> Part<'a> {
+        Part::new(device, self.indices, u64::from(self.index_first), u64::from(self.index_capacity))
+    }
 }
 
 /// Workgroups of a pass.
@@ -115,10 +148,11 @@ impl GpuSurface {
     fn upload(&mut self, queue: &wgpu::Queue, count: u32, target: &MeshTarget<'_>, is_forced: bool) {
         // Particles that are gone may have been grains, which are no part of the fields.
         let is_forced = is_forced || self.count_before != Some(count);
+        let (vertices, indices) = (target.vertex_part(&self.kernels.device), target.index_part(&self.kernels.device));
         for (params, buffer) in self.params.iter_mut().zip(&self.buffers.params) {
             params.particle_count = count;
-            (params.vertex_first, params.vertex_capacity) = (target.vertex_first, target.vertex_capacity);
-            (params.index_first, params.index_capacity) = (target.index_first, target.index_capacity);
+            (params.vertex_start, params.vertex_capacity) = (vertices.start, target.vertex_capacity);
+            (params.index_start, params.index_capacity) = (indices.start, target.index_capacity);
             params.is_forced = u32::from(is_forced);
             queue.write_buffer(buffer, 0, bytemuck::bytes_of(params));
         }
@@ -136,25 +170,30 @@ impl GpuSurface {
     ) {
         let device = &self.kernels.device;
         encoder.copy_buffer_to_buffer(&self.buffers.dispatch, 0, &self.buffers.arguments, 0, self.buffers.dispatch.size());
+        let (vertices, indices) = (target.vertex_part(device).bound, target.index_part(device).bound);
         let bind = |&(id, level, _): &(Id, Level, Groups)| {
             let kernel = self.kernels.get(id);
-            let buffer = |binding: u32| match binding {
-                2 => particles,
-                13 => Some(target.vertices),
-                14 => Some(target.indices),
-                _ => self.buffers.bound(binding, level),
+            let resource = |binding: u32| match binding {
+                2 => particles.map(wgpu::Buffer::as_entire_binding),
+                13 => Some(wgpu::BindingResource::Buffer(vertices.clone())),
+                14 => Some(wgpu::BindingResource::Buffer(indices.clone())),
+                _ => self.buffers.bound(binding, level).map(wgpu::Buffer::as_entire_binding),
             };
             let entry = |b: &crate::sim::gpu::kernel::Binding| {
-                Some(wgpu::BindGroupEntry { binding: b.index, resource: buffer(b.index)?.as_entire_binding() })
+                Some(wgpu::BindGroupEntry { binding: b.index, resource: resource(b.index)? })
             };
             let entries: Vec<_> = kernel.bindings.iter().filter_map(entry).collect();
-            let label = Some(id.pass().name);
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout: &kernel.layout, entries: &entries })
+            let label = label(id.pass().name);
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(&label),
+                layout: &kernel.layout,
+                entries: &entries,
+            })
         };
         let groups: Vec<wgpu::BindGroup> = passes.iter().map(bind).collect();
         let most = device.limits().max_compute_workgroups_per_dimension;
         let mut pass =
-            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("clay surface"), timestamp_writes: None });
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("bevy_clay:surface"), timestamp_writes: None });
         for ((id, _, count), group) in passes.iter().zip(&groups) {
             pass.set_pipeline(&self.kernels.get(*id).pipeline);
             pass.set_bind_group(0, group, &[]);

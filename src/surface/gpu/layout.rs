@@ -54,12 +54,12 @@ twins! {
         pub taps: [f32; 8] = "array<vec4f, 2>",
         /// sheets with room for their fields
         pub sheet_capacity: u32 = "u32",
-        /// where vertices begin in their buffer \[vertices\]
-        pub vertex_first: u32 = "u32",
+        /// where vertices begin in what is bound of their buffer \[words\]
+        pub vertex_start: u32 = "u32",
         /// vertices that there is room for
         pub vertex_capacity: u32 = "u32",
-        /// where indices begin in their buffer \[indices\]
-        pub index_first: u32 = "u32",
+        /// where indices begin in what is bound of their buffer \[words\]
+        pub index_start: u32 = "u32",
         /// indices that there is room for
         pub index_capacity: u32 = "u32",
         /// whether to extract whatever has changed or not

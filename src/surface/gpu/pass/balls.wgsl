@@ -49,7 +49,7 @@ fn write_ball(i: u32, rank: u32, share: f32) {
     for (var v = 0u; v < size.x; v++) {
         let normal = direction(v, is_round);
         let position = centre + radius * normal;
-        let at = VERTEX_WORDS * (params.vertex_first + vertex_first + v);
+        let at = params.vertex_start + VERTEX_WORDS * (vertex_first + v);
         for (var d = 0u; d < 3u; d++) {
             vertices[at + d] = bitcast<u32>(position[d]);
             vertices[at + 3u + d] = bitcast<u32>(normal[d]);
@@ -57,7 +57,7 @@ fn write_ball(i: u32, rank: u32, share: f32) {
         // Above the numbers of edges.
         vertices[at + 6u] = 0x80000000u | (12u * i + v);
     }
-    let index_first = params.index_first + status.index_count - 3u * size.y * (count - rank);
+    let index_first = params.index_start + status.index_count - 3u * size.y * (count - rank);
     for (var j = 0u; j < 3u * size.y; j++) {
         var word = 0u;
         if is_round { word = icosahedron_word(j >> 3u); } else { word = octahedron_word(j >> 3u); }

@@ -71,7 +71,7 @@ fn emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k:
     is_writing = true;
     vertex_first = region.first.x;
     for (var j = k; j < 512u; j += 256u) {
-        next = params.index_first + 3u * (region.first.y + cell_first[j]);
+        next = params.index_start + 3u * (region.first.y + cell_first[j]);
         walk(local_node(j));
     }
     for (var word = k; word < 137u; word += 256u) {
@@ -87,7 +87,7 @@ fn emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) k:
 
 // So many triangles without a size.
 fn empty(first: u32, count: u32, k: u32) {
-    for (var i = k; i < 3u * count; i += 256u) { indices[params.index_first + 3u * first + i] = 0u; }
+    for (var i = k; i < 3u * count; i += 256u) { indices[params.index_start + 3u * first + i] = 0u; }
 }
 
 fn write_vertex(block: vec3i, place: u32, at: u32) {
@@ -106,7 +106,7 @@ fn write_vertex(block: vec3i, place: u32, at: u32) {
     let extent = vec3u(params.blocks) * 8u;
     let n = vec3u(node + 8);
     let number = ((n.x + extent.x * (n.y + extent.y * n.z)) * 3u + axis) * 3u + variant;
-    let first = VERTEX_WORDS * (params.vertex_first + at);
+    let first = params.vertex_start + VERTEX_WORDS * at;
     for (var d = 0u; d < 3u; d++) {
         vertices[first + d] = bitcast<u32>(position[d]);
         vertices[first + 3u + d] = bitcast<u32>(normal[d]);

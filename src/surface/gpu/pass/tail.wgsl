@@ -8,6 +8,6 @@ fn tail(@builtin(local_invocation_index) k: u32) {
     if atomicLoad(&status.flags) != 0u { return; }
     let end = select(min(status.index_count_before, params.index_capacity), params.index_capacity, status.is_all == ANEW);
     for (var i = status.index_count + k; i < end; i += 256u) {
-        indices[params.index_first + i] = 0u;
+        indices[params.index_start + i] = 0u;
     }
 }
