@@ -6,7 +6,18 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
 use bevy::tasks::futures::now_or_never;
-use std::sync::Arc;
+
+/// Counts the app's graphics devices: in the main world as they come, in the render world as they are taken
+/// over from there. wgpu numbers devices anew after a loss, so that the next one equals the first.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct DeviceNumber(u64);
+
+/// Counts on where Bevy has put in another device, which it does between two frames of the app.
+pub(super) fn count(device: Option<Res<RenderDevice>>, mut number: ResMut<DeviceNumber>) {
+    if device.is_some_and(|device| device.is_changed()) {
+        number.0 += 1;
+    }
+}
 
 /// The app's device, if it renders.
 #[derive(SystemParam)]
@@ -14,38 +25,37 @@ pub(super) struct AppDevice<'w> {
     device: Option<Res<'w, RenderDevice>>,
     queue: Option<Res<'w, RenderQueue>>,
     info: Option<Res<'w, RenderAdapterInfo>>,
+    number: Option<Res<'w, DeviceNumber>>,
 }
 
 impl AppDevice<'_> {
-    /// The device as it is now.
+    /// The device as it is now; none without [`GpuPlugin`](super::gpu::GpuPlugin), which runs what is done
+    /// there.
     pub(super) fn get(&self) -> Option<SharedDevice> {
         let (device, queue, info) = (self.device.as_ref()?, self.queue.as_ref()?, self.info.as_ref()?);
+        let number = self.number.as_ref()?;
         let (device, info) = (device.wgpu_device().clone(), wgpu::AdapterInfo::clone(info));
-        Some(SharedDevice {
-            device: GpuDevice { device, queue: wgpu::Queue::clone(queue), info },
-            mark: RenderQueue::clone(queue),
-        })
+        Some(SharedDevice { device: GpuDevice { device, queue: wgpu::Queue::clone(queue), info }, number: **number })
     }
 }
 
-/// A device of the app. wgpu numbers devices anew after a loss, so that the next one equals the first; Bevy's
-/// queue tells them apart.
+/// A device of the app.
 #[derive(Clone)]
 pub(super) struct SharedDevice {
     device: GpuDevice,
-    mark: RenderQueue,
+    number: DeviceNumber,
 }
 
 impl PartialEq for SharedDevice {
     fn eq(&self, other: &Self) -> bool {
-        self.is_of(&other.mark)
+        self.is(other.number)
     }
 }
 
 impl SharedDevice {
-    /// Whether it is the device of this queue.
-    pub(super) fn is_of(&self, queue: &RenderQueue) -> bool {
-        Arc::ptr_eq(&self.mark.0, &queue.0)
+    /// Whether it is the device of this number.
+    pub(super) fn is(&self, number: DeviceNumber) -> bool {
+        self.number == number
     }
 
     /// The device itself.
@@ -84,7 +94,7 @@ impl Bridge {
     pub(super) fn record(&self) -> Option<wgpu::CommandBuffer> {
         let device = &self.device.device.device;
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("clay") });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bevy_clay:frame") });
         let is_recorded = self.link.encode(&mut encoder);
         let commands = is_recorded.then(|| encoder.finish());
         // Ready at once on every native back end.

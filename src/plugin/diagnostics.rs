@@ -27,8 +27,9 @@ pub const MESH: DiagnosticPath = DiagnosticPath::const_new("clay/mesh");
 /// Longest time that a system of the plugin held the main thread in the last second \[ms\].
 pub const MAIN_THREAD: DiagnosticPath = DiagnosticPath::const_new("clay/main_thread");
 
-/// Registers and measures.
-pub(super) struct DiagnosticsPlugin;
+/// Registers and measures. Without it there are no diagnostics of clay; [`ClayStatus`] has the same numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiagnosticsPlugin;
 
 impl Plugin for DiagnosticsPlugin {
     fn build(&self, app: &mut App) {

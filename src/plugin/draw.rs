@@ -6,15 +6,24 @@
 //! before any camera. How many are drawn is settled when the asset is made: the mesh is as large as its
 //! capacity, and triangles that are not there are points. Where the capacity is too small, the next one takes
 //! its place.
+//!
+//! The passes bind the mesh's own parts of the slabs alone, so slabs are as large as the app has them. What
+//! [`DrawPlugin`] changes in the app is one thing: buffers of Bevy's mesh allocator get the usage `STORAGE`
+//! beside their own. They keep the usages that they were made with, all meshes share those of indices, and
+//! whether some clay is to be drawn from there may be settled at any time: so it is asked for at the start.
+//! Where a buffer has it not, or is laid out otherwise than the passes write it, the processor makes the
+//! surface, and `ClayStatus::error` says so.
 
 mod drawn;
+mod layout;
 mod passes;
 
 pub(super) use drawn::Drawn;
 
-use super::bridge::{AppDevice, SharedDevice};
+use super::bridge::{AppDevice, DeviceNumber, SharedDevice};
 use super::clay::{Clay, ClaySettings, MeshQuality, SurfaceBackend};
 use super::engine::ClayEngine;
+use super::entity;
 use super::held::HeldTime;
 use super::schedule::ClaySystems;
 use super::show::{self, DrawnByDevice};
@@ -22,7 +31,6 @@ use crate::sim::gpu::GpuError;
 use crate::surface::field::Tier;
 use crate::surface::gpu::SurfaceKernels;
 use bevy::camera::primitives::Aabb;
-use bevy::camera::visibility::NoAutoAabb;
 use bevy::core_pipeline::schedule::camera_driver;
 use bevy::prelude::*;
 use bevy::render::mesh::allocator::MeshAllocatorSettings;
@@ -31,7 +39,7 @@ use bevy::render::renderer::{RenderGraph, RenderGraphSystems};
 use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
-use drawn::{Capacity, Job, JobSource, SLAB_MAX};
+use drawn::{Capacity, Job, JobSource};
 use std::sync::Arc;
 
 /// Triangles that the first mesh of a clay has room for.
@@ -46,7 +54,7 @@ pub(super) struct Declined {
 }
 
 impl Declined {
-    /// What went wrong.
+    /// What went wrong, in one line.
     pub(super) fn reason(&self) -> &str {
         &self.reason
     }
@@ -54,7 +62,7 @@ impl Declined {
 
 /// The compiled passes of the app's device.
 #[derive(Resource, Default)]
-struct Compiled {
+pub(super) struct Compiled {
     device: Option<SharedDevice>,
     under_way: Option<Task<Result<SurfaceKernels, GpuError>>>,
     kernels: Option<SurfaceKernels>,
@@ -80,72 +88,86 @@ impl Compiled {
         }
         self.kernels.clone().filter(|_| self.fault.is_none())
     }
+
+    /// Whether they are being compiled.
+    pub(super) fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
+    }
 }
 
-/// Makes surfaces on the graphics device; does nothing in an app without one.
-pub(super) struct DrawPlugin;
+/// Makes surfaces on the graphics device; does nothing in an app without one. Without it the processor makes
+/// all surfaces, and the buffers of Bevy's mesh allocator are as the app has them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DrawPlugin;
 
 impl Plugin for DrawPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Compiled>().add_systems(Update, choose.in_set(ClaySystems::Show).before(show::swap));
-        open_slabs(app);
+        app.init_resource::<Compiled>()
+            .add_observer(end)
+            .add_systems(Update, choose.in_set(ClaySystems::Show).before(show::swap));
     }
 
     fn finish(&self, app: &mut App) {
-        // The renderer may have been added after this plugin.
-        open_slabs(app);
         let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
+        render.world_mut().get_resource_or_init::<MeshAllocatorSettings>().extra_buffer_usages |= BufferUsages::STORAGE;
         render
             .init_resource::<passes::Surfaces>()
             .add_systems(ExtractSchedule, extract)
             .add_systems(
                 RenderGraph,
-                passes::record.in_set(RenderGraphSystems::Render).after(super::gpu::record).before(camera_driver),
+                passes::record
+                    .run_if(resource_exists::<DeviceNumber>)
+                    .in_set(RenderGraphSystems::Render)
+                    .after(super::gpu::record)
+                    .before(camera_driver),
             )
+            .add_systems(Render, passes::upload.run_if(resource_exists::<DeviceNumber>).in_set(RenderSystems::PrepareResources))
             .add_systems(Render, passes::submitted.in_set(RenderSystems::Cleanup));
     }
 }
 
-/// Lets passes write into the slabs of meshes, of a size that a binding may have.
-fn open_slabs(app: &mut App) {
-    let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
-    let mut settings = render.world_mut().get_resource_or_init::<MeshAllocatorSettings>();
-    settings.extra_buffer_usages |= BufferUsages::STORAGE;
-    settings.max_slab_size = settings.max_slab_size.min(SLAB_MAX);
-    settings.large_threshold = settings.large_threshold.min(SLAB_MAX);
+/// Has every surface on the device made by the processor, for what went wrong there.
+pub(super) fn fail(render: &World, reason: &str) {
+    if let Some(surfaces) = render.get_resource::<passes::Surfaces>() {
+        surfaces.fail(reason);
+    }
 }
 
-/// What is drawn now.
-type Shown<'a> = (Option<&'a Drawn>, Option<&'a Declined>, Has<MeshMaterial3d<StandardMaterial>>);
+/// Ends what the device draws of a [`Clay`] that goes.
+fn end(gone: On<Remove, Clay>, mut commands: Commands) {
+    commands.entity(gone.entity).try_remove::<(Drawn, DrawnByDevice, Declined)>().queue_silenced(entity::hide);
+}
 
-/// What the mesh is put into.
-type Store<'w> = (Option<ResMut<'w, Assets<Mesh>>>, Option<ResMut<'w, Assets<StandardMaterial>>>);
+/// What the device draws of a clay, or why it does not.
+type Shown<'a> = (Option<&'a Drawn>, Option<&'a Declined>);
 
 /// Chooses where each clay's surface is made; gives those that the device makes a mesh that is large enough.
 fn choose(
-    mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Shown), With<Clay>>,
+    clays: Query<(Entity, &ClaySettings, &ClayEngine, Shown), With<Clay>>,
     app: AppDevice,
-    (meshes, mut materials): Store,
+    meshes: Option<ResMut<Assets<Mesh>>>,
     mut compiled: ResMut<Compiled>,
     mut commands: Commands,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     let Some(mut meshes) = meshes else { return };
     let device = app.get();
-    for (entity, settings, engine, (drawn, declined, has_material)) in &mut clays {
+    for (entity, settings, engine, (drawn, declined)) in &clays {
         let mut entity = commands.entity(entity);
         let generation = engine.generation;
         let is_declined = |device: &&SharedDevice| declined.is_some_and(|d| (d.generation, &d.device) == (generation, *device));
-        let wanted = device.as_ref().filter(|device| is_wanted_on(device, settings) && !is_declined(device));
-        if declined.is_some() && wanted.is_some() {
-            entity.remove::<Declined>();
+        let wanted = device.as_ref().filter(|device| is_wanted_on(device, settings));
+        let is_settled = wanted.is_some_and(|device| is_declined(&device));
+        if declined.is_some() && !is_settled {
+            entity.try_remove::<Declined>();
         }
+        let wanted = wanted.filter(|_| !is_settled);
         let ready = wanted.and_then(|device| Some((device.clone(), compiled.get(device)?)));
         let (Some((device, kernels)), Some(domain)) = (ready, engine.domain()) else {
             if drawn.is_some() {
                 // The next surface of the processor takes the mesh's place.
-                entity.remove::<(Drawn, DrawnByDevice, Mesh3d, Aabb)>();
+                entity.try_remove::<(Drawn, DrawnByDevice)>().queue_silenced(entity::hide);
             }
             continue;
         };
@@ -156,8 +178,9 @@ fn choose(
         let capacity = match told.and_then(Drawn::take_fault).map_or(capacity, Err) {
             Ok(capacity) => capacity,
             Err(reason) => {
+                let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
                 warn!("a clay's surface is made on the processor: {reason}");
-                entity.insert(Declined { reason, generation, device });
+                entity.queue_silenced(entity::put(Declined { reason, generation, device }));
                 continue;
             }
         };
@@ -171,12 +194,9 @@ fn choose(
         // Another tier or engine in the same room goes on in the same mesh.
         let kept = drawn.filter(is_same_room).map(|d| d.mesh.clone());
         let mesh = kept.unwrap_or_else(|| meshes.add(capacity.placeholder((low, high))));
-        entity.insert((Mesh3d(mesh.clone()), Aabb::from_min_max(low, high), NoAutoAabb));
+        entity.queue_silenced(entity::show(mesh.clone(), Aabb::from_min_max(low, high)));
         let drawn = Drawn { mesh, capacity, tier, domain, generation, kernels, device, told: Arc::default() };
-        entity.insert((drawn, DrawnByDevice));
-        if let Some(materials) = materials.as_mut().filter(|_| !has_material) {
-            entity.insert(MeshMaterial3d(materials.add(show::clay_material())));
-        }
+        entity.queue_silenced(entity::put((drawn, DrawnByDevice)));
     }
 }
 
@@ -195,7 +215,7 @@ fn extract(clays: Extract<Query<(Entity, &ClayEngine, &Drawn)>>, mut surfaces: R
     let job = |(entity, engine, drawn): (Entity, &ClayEngine, &Drawn)| {
         let source = match &engine.bridge {
             Some(bridge) => JobSource::Engine(bridge.clone()),
-            None => JobSource::Processor(engine.revision, engine.surface_deferred()?),
+            None => JobSource::Processor(engine.revision, Some(engine.surface_deferred()?)),
         };
         Some(Job { entity, drawn: drawn.clone(), source })
     };

@@ -3,6 +3,7 @@
 
 use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, EngineChoice};
+use super::entity;
 use super::events::ClayReady;
 use super::held::HeldTime;
 use super::pace::Pace;
@@ -38,7 +39,7 @@ pub struct ClayEngine {
     pub(super) pace: Pace,
     /// What [`Self::describe`] says.
     pub(super) name: String,
-    /// Counts the engines of the clay.
+    /// Counts the engines of the app: no two have the same, whatever becomes of their clay.
     pub(super) generation: u64,
     /// Counts the states of this engine.
     pub(super) revision: u64,
@@ -202,7 +203,6 @@ impl PartialEq for Want {
 pub(super) struct EngineStart {
     under_way: Option<(Want, Task<Result<ClayEngine, EngineError>>)>,
     refused: Option<Want>,
-    generation: u64,
     restarted: Option<Instant>,
     /// A device that the GPU engine does not run on, since when, and why.
     declined: Option<(SharedDevice, Instant, String)>,
@@ -213,6 +213,11 @@ pub(super) struct EngineStart {
 }
 
 impl EngineStart {
+    /// Whether one is starting on the app's device.
+    pub(super) fn is_on_device(&self) -> bool {
+        self.under_way.as_ref().is_some_and(|(want, _)| want.device.is_some())
+    }
+
     /// What there is to say about it.
     pub(super) fn error(&self) -> Option<ClayError> {
         let fallback = || self.fallback.clone().map(ClayError::Fallback);
@@ -303,8 +308,10 @@ fn go_on_from(kept: Arc<Snapshot>) -> Arc<Snapshot> {
 /// A lost device may still be replaced.
 struct Awaiting;
 
-/// Starts, replaces and recovers engines.
-pub(super) struct EnginePlugin;
+/// Starts, replaces and recovers engines. Without it clay stands as it was started, unseen: it is for apps
+/// that only read and write scenes with clay.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EnginePlugin;
 
 impl Plugin for EnginePlugin {
     fn build(&self, app: &mut App) {
@@ -316,14 +323,14 @@ impl Plugin for EnginePlugin {
 
 /// Ends what runs for a [`Clay`] that goes.
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
-    commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart)>();
+    commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart, ClayStatus, ClayMetrics)>();
 }
 
 /// Starts the engine of each clay that has none, or not the one it should have.
 pub(super) fn start(
     mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
     app: AppDevice,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     for (entity, base, settings, mut start, engine) in &mut clays {
@@ -351,7 +358,7 @@ pub(super) fn start(
 type Starting<'a> = (Entity, &'a mut EngineStart, (&'a mut ClayStatus, &'a mut ClayMetrics), Option<&'a mut ClayEngine>);
 
 /// Puts engines that are ready in the place of those before.
-pub(super) fn admit(mut clays: Query<Starting>, mut commands: Commands, mut held: ResMut<HeldTime>) {
+pub(super) fn admit(mut clays: Query<Starting>, mut generation: Local<u64>, mut commands: Commands, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, mut start, (mut status, mut metrics), old) in &mut clays {
         let start = start.bypass_change_detection();
@@ -364,15 +371,15 @@ pub(super) fn admit(mut clays: Query<Starting>, mut commands: Commands, mut held
                 // A new start has no frame to report yet.
                 metrics.time = engine.kept.snapshot.time;
                 status.particle_count = engine.kept.snapshot.particles.len();
-                start.generation += 1;
-                engine.generation = start.generation;
+                *generation += 1;
+                engine.generation = *generation;
                 if let Some(mut old) = old.filter(|old| Arc::ptr_eq(&old.want.source, &want.source)) {
                     engine.plans.take_over(std::mem::take(&mut old.plans));
                 }
                 start.refused = None;
                 start.error = None;
                 info!("clay {entity} runs on the {}", engine.name);
-                commands.entity(entity).insert(engine);
+                commands.entity(entity).queue_silenced(entity::put(engine));
                 commands.trigger(ClayReady { entity });
             }
             Err(error) => refuse(entity, start, want, &error),
@@ -398,7 +405,7 @@ fn refuse(entity: Entity, start: &mut EngineStart, want: Want, error: &EngineErr
 }
 
 /// Keeps a copy of each clay's state.
-pub(super) fn keep(mut clays: Query<(&ClaySettings, &mut ClayEngine)>, mut held: ResMut<HeldTime>) {
+pub(super) fn keep(mut clays: Query<(&ClaySettings, &mut ClayEngine)>, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (settings, mut engine) in &mut clays {
         engine.bypass_change_detection().keep(settings.snapshot_interval);

@@ -81,8 +81,9 @@ fn end(mut world: DeferredWorld, context: HookContext) {
     world.commands().entity(context.entity).try_remove::<Following>();
 }
 
-/// Lets clay follow files.
-pub(super) struct FollowPlugin;
+/// Lets clay follow files. Without it a [`MaterialFile`] has no effect.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FollowPlugin;
 
 impl Plugin for FollowPlugin {
     fn build(&self, app: &mut App) {
@@ -92,10 +93,7 @@ impl Plugin for FollowPlugin {
 }
 
 /// Looks at files now and then, away from the main thread, and takes what was read.
-fn follow(
-    mut clays: Query<(Entity, &MaterialFile, &mut Following, &mut ClayMaterial), With<ClayStatus>>,
-    mut held: ResMut<HeldTime>,
-) {
+fn follow(mut clays: Query<(Entity, &MaterialFile, &mut Following, &mut ClayMaterial), With<ClayStatus>>, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, file, mut following, mut material) in &mut clays {
         if following.path != file.path {

@@ -4,11 +4,11 @@
 //! What the clay gets wrong there never ends the app: its commands are checked before they are submitted, a
 //! fault stops the engine, and the clay goes on elsewhere. See `recover` for a device that is lost.
 
-use super::bridge::Bridge;
+use super::bridge::{self, Bridge, DeviceNumber};
 use super::engine::ClayEngine;
 use bevy::core_pipeline::schedule::camera_driver;
 use bevy::prelude::*;
-use bevy::render::renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue};
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems};
 use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
 /// The engines of the frame that is rendered.
@@ -26,16 +26,21 @@ impl Bridges {
     }
 }
 
-/// Drives GPU engines from the render world; does nothing in an app without one.
-pub(super) struct GpuPlugin;
+/// Drives GPU engines from the render world; does nothing in an app without one. Without it the graphics
+/// device is left alone: clay runs on the CPU engine, and the processor makes its surface.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GpuPlugin;
 
 impl Plugin for GpuPlugin {
-    fn build(&self, _: &mut App) {}
+    fn build(&self, app: &mut App) {
+        app.init_resource::<DeviceNumber>().add_systems(First, bridge::count);
+    }
 
     fn finish(&self, app: &mut App) {
         let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
         render
             .init_resource::<Bridges>()
+            .init_resource::<DeviceNumber>()
             .add_systems(ExtractSchedule, extract)
             .add_systems(RenderGraph, record.in_set(RenderGraphSystems::Render).before(camera_driver))
             .add_systems(Render, submitted.in_set(RenderSystems::Cleanup));
@@ -43,16 +48,22 @@ impl Plugin for GpuPlugin {
 }
 
 /// Takes over the engines of the main world.
-fn extract(engines: Extract<Query<&ClayEngine>>, mut bridges: ResMut<Bridges>) {
+fn extract(
+    engines: Extract<Query<&ClayEngine>>,
+    device: Extract<Res<DeviceNumber>>,
+    mut bridges: ResMut<Bridges>,
+    mut number: ResMut<DeviceNumber>,
+) {
+    *number = **device;
     bridges.all.clear();
     bridges.all.extend(engines.iter().filter(|e| e.stopped.is_none()).filter_map(|e| e.bridge.clone()));
 }
 
 /// Records the passes of every engine on this device.
-pub(super) fn record(mut context: RenderContext, queue: Res<RenderQueue>, mut bridges: ResMut<Bridges>) {
+pub(super) fn record(mut context: RenderContext, device: Res<DeviceNumber>, mut bridges: ResMut<Bridges>) {
     let Bridges { all, recorded } = &mut *bridges;
     recorded.clear();
-    for bridge in all.iter().filter(|b| b.device.is_of(&queue)) {
+    for bridge in all.iter().filter(|b| b.device.is(*device)) {
         if let Some(commands) = bridge.record() {
             context.add_command_buffer(commands);
             recorded.push(bridge.clone());

@@ -22,6 +22,8 @@
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
 //! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |
+//! | [`material`]    | clay without a material       | one of the plugin's                               |
+//! | `entity`        | what is shown                 | components of the entity, put and taken away      |
 //! | `held`          | the plugin's own systems      | how long they hold the main thread                |
 //! | `reflect`       | the solver's types            | their reflection                                  |
 //!
@@ -56,10 +58,12 @@ pub mod clock;
 pub mod diagnostics;
 pub mod draw;
 pub mod engine;
+mod entity;
 pub mod events;
 pub mod follow;
 mod gpu;
 mod held;
+pub mod material;
 pub mod ops;
 mod pace;
 mod plans;
@@ -75,6 +79,20 @@ mod step;
 pub mod tool;
 pub mod undo;
 
+pub use diagnostics::DiagnosticsPlugin;
+pub use draw::DrawPlugin;
+pub use engine::EnginePlugin;
+pub use follow::FollowPlugin;
+pub use gpu::GpuPlugin;
+pub use ops::OpsPlugin;
+pub use recover::RecoverPlugin;
+pub use reflect::ReflectPlugin;
+pub use report::ReportPlugin;
+pub use schedule::SchedulePlugin;
+pub use show::ShowPlugin;
+pub use source::SourcePlugin;
+pub use step::StepPlugin;
+
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 /// What most programs need.
@@ -88,6 +106,7 @@ pub mod prelude {
         ResampleClay, ResetClay, UndoClay,
     };
     pub use super::follow::MaterialFile;
+    pub use super::material::NoAutoMaterial;
     pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
     pub use super::source::ClaySource;
@@ -100,24 +119,36 @@ pub mod prelude {
 /// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which
 /// `MinimalPlugins` and `DefaultPlugins` hold; shows meshes where the app has them, with standard materials
 /// where it has those.
+///
+/// Each plugin of the group may be disabled, `ClayPlugins.build().disable::<RecoverPlugin>()`, and says what
+/// goes missing with it; only [`SchedulePlugin`] has to stay.
+///
+/// Removing [`Clay`](clay::Clay) takes away all that they put on its entity, but for what is the app's to
+/// write: [`ClaySettings`](clay::ClaySettings), [`ClayMaterial`](crate::sim::material::ClayMaterial),
+/// [`Transform`](bevy::prelude::Transform) and [`Visibility`](bevy::prelude::Visibility) stay.
+///
+/// What they change in an app beside the entities with clay: [`DrawPlugin`] asks for the usage `STORAGE` on
+/// the buffers of Bevy's mesh allocator, and [`RecoverPlugin`] stands before the app's
+/// [`RenderErrorHandler`](bevy::render::error_handler::RenderErrorHandler) while clay is on the graphics
+/// device.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClayPlugins;
 
 impl PluginGroup for ClayPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
-            .add(schedule::SchedulePlugin::default())
-            .add(reflect::ReflectPlugin)
-            .add(source::SourcePlugin)
-            .add(engine::EnginePlugin)
-            .add(follow::FollowPlugin)
-            .add(gpu::GpuPlugin)
-            .add(recover::RecoverPlugin)
-            .add(report::ReportPlugin)
-            .add(ops::OpsPlugin)
-            .add(step::StepPlugin)
-            .add(show::ShowPlugin)
-            .add(draw::DrawPlugin)
-            .add(diagnostics::DiagnosticsPlugin)
+            .add(SchedulePlugin::default())
+            .add(ReflectPlugin)
+            .add(SourcePlugin)
+            .add(EnginePlugin)
+            .add(FollowPlugin)
+            .add(GpuPlugin)
+            .add(RecoverPlugin)
+            .add(ReportPlugin)
+            .add(OpsPlugin)
+            .add(StepPlugin)
+            .add(ShowPlugin)
+            .add(DrawPlugin)
+            .add(DiagnosticsPlugin)
     }
 }

@@ -68,7 +68,7 @@ impl Ops {
     }
 }
 
-/// Answers what apps ask of clay.
+/// Answers what apps ask of clay. Without it [`ResetClay`] and its like have no answer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OpsPlugin;
 
@@ -84,6 +84,9 @@ impl Plugin for OpsPlugin {
             .add_observer(|asked: On<UndoClay>, asking: Asking| queue(asked.entity, Op::Undo, asking))
             .add_observer(|asked: On<RedoClay>, asking: Asking| queue(asked.entity, Op::Redo, asking))
             .add_observer(export)
+            .add_observer(|gone: On<Remove, Clay>, mut commands: Commands| {
+                commands.entity(gone.entity).try_remove::<Ops>();
+            })
             .add_systems(schedule, systems.in_set(ClaySystems::Report));
     }
 }
@@ -120,7 +123,7 @@ fn name(op: Op) -> &'static str {
 type Asked<'a> = (Entity, &'a mut Ops, &'a Base, &'a ClayEngine, Option<&'a mut ClayHistory>);
 
 /// Begins what is next in line, where nothing is under way and the engine runs the clay as it is to be.
-fn begin(mut clays: Query<Asked, With<Clay>>, mut commands: Commands, mut held: ResMut<HeldTime>) {
+fn begin(mut clays: Query<Asked, With<Clay>>, mut commands: Commands, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, mut ops, base, engine, history) in &mut clays {
         let Some((now, start)) = base.snapshot.as_ref().zip(base.start.as_ref()).filter(|(now, _)| engine.runs(now)) else {
@@ -221,7 +224,7 @@ type UnderWay<'a> = (
 );
 
 /// Takes in what is done, and says so when the clay runs as it is to be.
-fn finish(mut clays: Query<UnderWay, With<Clay>>, mut commands: Commands, mut held: ResMut<HeldTime>) {
+fn finish(mut clays: Query<UnderWay, With<Clay>>, mut commands: Commands, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, (mut ops, mut base, mut start), (engine, history, material)) in &mut clays {
         if let Some(change) = ops.change.filter(|_| base.snapshot.as_ref().is_some_and(|b| engine.is_some_and(|e| e.runs(b)))) {

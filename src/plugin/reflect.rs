@@ -106,8 +106,9 @@ impl_reflect!(
     }
 );
 
-/// Registers the types that inspectors and scenes may hold.
-pub(super) struct ReflectPlugin;
+/// Registers the types that inspectors and scenes may hold. Without it both know nothing of clay.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ReflectPlugin;
 
 impl Plugin for ReflectPlugin {
     fn build(&self, app: &mut App) {

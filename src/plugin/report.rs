@@ -16,8 +16,10 @@ use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use glam::DVec3;
 
-/// Takes in reports, writes forces, status and metrics.
-pub(super) struct ReportPlugin;
+/// Takes in reports, writes forces, status and metrics. Without it there are no [`ClayReport`]s, forces and
+/// status stay empty, and clay stands still after two frames, as no report makes room for the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ReportPlugin;
 
 impl Plugin for ReportPlugin {
     fn build(&self, app: &mut App) {
@@ -33,7 +35,7 @@ impl Plugin for ReportPlugin {
 fn report(
     mut clays: Query<(Entity, &mut ClayEngine, &mut ClayStatus, &mut ClayMetrics), With<Clay>>,
     mut reports: MessageWriter<ClayReport>,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     for (entity, mut clay, mut status, mut metrics) in &mut clays {
@@ -71,7 +73,7 @@ pub(super) fn feel(
     clays: Query<(Entity, &ClayEngine), With<Clay>>,
     mut tools: Query<(Entity, &SculptTool, &mut ToolForce)>,
     transforms: TransformHelper,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     let mut felt: EntityHashMap<Felt> = EntityHashMap::default();
@@ -130,7 +132,7 @@ type Sources<'a> = (
 pub(super) fn status(
     mut clays: Query<(Entity, &mut ClayStatus, &mut ClayMetrics, Sources), With<Clay>>,
     mut commands: Commands,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let longest = held.longest_ms();
     let _watch = held.watch();

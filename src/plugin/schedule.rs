@@ -23,7 +23,7 @@ pub enum ClaySystems {
 
 /// Chains [`ClaySystems`], in [`Update`] if nothing else is said: `ClayPlugins.set(SchedulePlugin::new(
 /// FixedUpdate))` runs the clay at a fixed rate. The other plugins of the group take the schedule from this
-/// one.
+/// one, and cannot do without it: it measures how long they hold the main thread.
 #[derive(Clone, Copy, Debug)]
 pub struct SchedulePlugin {
     schedule: InternedScheduleLabel,

@@ -1,9 +1,12 @@
 //! Shows the clay: its surface is extracted away from the main thread, which only swaps the finished mesh in.
 //! The field that it was made of stays, to point at.
 
+use super::bridge::DeviceNumber;
 use super::clay::{Clay, ClaySettings, MeshQuality};
 use super::engine::ClayEngine;
+use super::entity::{self, ShownMesh};
 use super::held::HeldTime;
+use super::material::{self, NoAutoMaterial};
 use super::schedule::ClaySystems;
 use crate::sim::engine::Deferred;
 use crate::sim::frame::SurfaceSource;
@@ -15,18 +18,13 @@ use crate::surface::mesh::Mesh as Surface;
 use crate::surface::ray::{RayHit, cast_ray};
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
-use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy::render::renderer::RenderDevice;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
 use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Colour of clay where the app gives no material: worked pottery clay.
-const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 
 /// The surface as apps may read it and point at it. A clone shares all of it, and stays as it is when the
 /// clay moves on.
@@ -116,8 +114,8 @@ struct State {
     quality: MeshQuality,
     /// Whether this is the surface that is drawn; else the device makes that one.
     is_shown: bool,
-    /// Counts the app's graphics devices: the mesh is lost with each.
-    device: u64,
+    /// The mesh is lost with the device.
+    device: Option<DeviceNumber>,
 }
 
 /// Marks clay whose mesh the graphics device makes: what is made here is to point at.
@@ -184,40 +182,39 @@ fn asset(drawn: Surface) -> Mesh {
         .with_inserted_indices(Indices::U32(drawn.triangles.into_flattened()))
 }
 
-/// Shows clay in apps that have meshes.
-pub(super) struct ShowPlugin;
+/// Has surfaces made on the processor, and shows them in apps that have meshes. Without it there is no
+/// [`ClaySurface`] to point at, and clay is drawn only where the graphics device makes its surface, without a
+/// material unless the app gives one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShowPlugin;
 
 impl Plugin for ShowPlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<Clay, Extracting>();
-        app.add_observer(end).add_systems(Update, (swap, request).chain().in_set(ClaySystems::Show));
+        app.register_type::<NoAutoMaterial>()
+            .add_observer(end)
+            .add_systems(Update, (swap, request, material::dress).chain().in_set(ClaySystems::Show));
     }
 }
 
 /// Ends what is shown of a [`Clay`] that goes.
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
-    commands.entity(gone.entity).try_remove::<(Extracting, ClaySurface)>();
-}
-
-/// The material of clay where the app gives none.
-pub(super) fn clay_material() -> StandardMaterial {
-    StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() }
+    commands.entity(gone.entity).try_remove::<(Extracting, ClaySurface)>().queue_silenced(entity::hide);
 }
 
 /// What a clay shows now.
-type Shown<'a> = (Option<&'a ClaySurface>, Option<&'a Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>, Has<DrawnByDevice>);
+type Shown<'a> = (Option<&'a Mesh3d>, Option<&'a ShownMesh>, Has<DrawnByDevice>);
 
 /// Swaps in the surfaces that are ready; drops those of a clay that has been replaced since.
 pub(super) fn swap(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, &mut Extracting, Shown), With<Clay>>,
     mut meshes: Option<ResMut<Assets<Mesh>>>,
-    mut materials: Option<ResMut<Assets<StandardMaterial>>>,
     mut commands: Commands,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     let Some(meshes) = &mut meshes else { return };
-    for (entity, settings, engine, mut extraction, (surface, mesh, has_material, is_drawn)) in &mut clays {
+    for (entity, settings, engine, mut extraction, (mesh, shown, is_drawn)) in &mut clays {
         let Some((state, task)) = &mut extraction.under_way else { continue };
         let Some(new) = check_ready(task) else { continue };
         let state = *state;
@@ -227,7 +224,7 @@ pub(super) fn swap(
             continue;
         }
         let mut entity = commands.entity(entity);
-        entity.insert(new.surface);
+        entity.queue_silenced(entity::put(new.surface));
         if is_drawn {
             // The device makes what is shown; this is to point at.
             continue;
@@ -236,51 +233,44 @@ pub(super) fn swap(
             Draw::New(asset, bounds) => (*asset, bounds),
             Draw::Same => continue,
             Draw::Nothing => {
-                entity.remove::<(Mesh3d, Aabb)>();
+                entity.queue_silenced(entity::hide);
                 continue;
             }
         };
-        let handle = match mesh {
-            // Its own, not one that the app put there.
-            Some(Mesh3d(own)) if surface.is_some_and(|s| s.state.is_shown) => {
+        let handle = match shown.and_then(|shown| shown.own(mesh)) {
+            Some(own) => {
                 // Fails only for an asset that is gone, which a strong handle rules out.
                 let _ = meshes.insert(own.id(), asset);
                 own.clone()
             }
-            _ => meshes.add(asset),
+            None => meshes.add(asset),
         };
-        entity.insert((Mesh3d(handle), bounds, NoAutoAabb));
-        if let Some(materials) = &mut materials
-            && !has_material
-        {
-            entity.insert(MeshMaterial3d(materials.add(clay_material())));
-        }
+        entity.queue_silenced(entity::show(handle, bounds));
     }
 }
 
 /// What is shown, and on its way.
-type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<DrawnByDevice>);
+type Showing<'a> = (&'a mut Extracting, Option<&'a ClaySurface>, Has<ShownMesh>, Has<DrawnByDevice>);
 
 /// Asks for the surface of each clay that changed since the last one, one at a time; clay at rest asks for
 /// nothing.
 pub(super) fn request(
     mut clays: Query<(Entity, &ClaySettings, &ClayEngine, Showing), With<Clay>>,
     meshes: Option<Res<Assets<Mesh>>>,
-    device: Option<Res<RenderDevice>>,
-    mut device_count: Local<u64>,
+    device: Option<Res<DeviceNumber>>,
     mut commands: Commands,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
-    *device_count += u64::from(device.is_some_and(|d| d.is_changed()));
+    let device = device.map(|number| *number);
     if meshes.is_none() {
         return;
     }
-    for (entity, settings, engine, (mut extraction, surface, is_drawn)) in &mut clays {
+    for (entity, settings, engine, (mut extraction, surface, has_mesh, is_drawn)) in &mut clays {
         let tier = match settings.mesh {
             MeshQuality::Off => {
-                if surface.is_some() {
-                    commands.entity(entity).remove::<(ClaySurface, Mesh3d, Aabb)>();
+                if surface.is_some() || has_mesh {
+                    commands.entity(entity).try_remove::<ClaySurface>().queue_silenced(entity::hide);
                 }
                 continue;
             }
@@ -290,7 +280,7 @@ pub(super) fn request(
             MeshQuality::Fine => Tier::Fine,
         };
         let (generation, revision) = (engine.generation, engine.revision);
-        let state = State { generation, revision, quality: settings.mesh, is_shown: !is_drawn, device: *device_count };
+        let state = State { generation, revision, quality: settings.mesh, is_shown: !is_drawn, device };
         if extraction.under_way.is_none()
             && !engine.is_leaving
             && surface.is_none_or(|s| s.state != state)

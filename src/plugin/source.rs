@@ -230,7 +230,7 @@ impl Base {
     }
 }
 
-/// Makes clay of sources.
+/// Makes clay of sources. Without it no clay gets an engine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SourcePlugin;
 
@@ -238,6 +238,9 @@ impl Plugin for SourcePlugin {
     fn build(&self, app: &mut App) {
         let schedule = schedule(app);
         app.register_required_components::<Clay, Base>();
+        app.add_observer(|gone: On<Remove, Clay>, mut commands: Commands| {
+            commands.entity(gone.entity).try_remove::<Base>();
+        });
         app.add_systems(schedule, build.in_set(ClaySystems::Report).before(engine::start));
     }
 }
@@ -251,7 +254,7 @@ pub(super) fn build(
     mut clays: Query<Sources>,
     (meshes, assets): (Option<Res<Assets<Mesh>>>, Option<Res<AssetServer>>),
     mut commands: Commands,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     for (entity, clay, mut base, material) in &mut clays {

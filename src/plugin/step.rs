@@ -18,8 +18,9 @@ use bevy::prelude::*;
 use bevy::time::TimeSystems;
 use glam::DVec3;
 
-/// Plans frames.
-pub(super) struct StepPlugin;
+/// Plans frames. Without it clay stands still; it is shown, and its state may be asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepPlugin;
 
 impl Plugin for StepPlugin {
     fn build(&self, app: &mut App) {
@@ -53,7 +54,7 @@ fn step(
     mut clays: Query<Planned, With<Clay>>,
     mut tools: Query<Tools>,
     transforms: TransformHelper,
-    mut held: ResMut<HeldTime>,
+    held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     let (wall, is_gap) = gap.look(&time, &real);

@@ -5,14 +5,16 @@
 //! required, fail.
 
 mod delay;
+mod group;
+mod recover;
+mod shown;
 
 use bevy::app::{PluginGroupBuilder, PluginsState};
 use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::error_handler::{RenderErrorHandler, RenderErrorPolicy};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::renderer::{RenderDevice, RenderGraph, RenderQueue};
+use bevy::render::renderer::RenderGraph;
 use bevy::render::{ExtractSchedule, Render, RenderApp};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
@@ -22,8 +24,6 @@ use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::prelude::*;
 use glam::DVec3;
 use libtest_mimic::{Arguments, Failed, Trial};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 const DX: f64 = 0.005;
@@ -196,78 +196,11 @@ fn clay_leaves_an_engine_that_stops() -> Result<(), Failed> {
     let clay = spawn(&mut app, EngineChoice::Gpu)?;
     run(&mut app, clay, 0.05)?;
     app.world_mut().get_mut::<ClaySettings>(clay).expect("settings").engine = EngineChoice::Native;
-    commit_fault(&app, "clay:fault");
+    recover::commit_fault(&app, "bevy_clay:fault");
     settle(&mut app, "the native engine", |world| status(world, clay).engine.starts_with("native"))?;
     let before = metrics(app.world(), clay).time;
     run(&mut app, clay, 0.02)?;
     check(metrics(app.world(), clay).time > before + 0.019, "the clay stands")
-}
-
-/// Asks the device for a buffer that there is no room for, by this name.
-fn commit_fault(app: &App, label: &str) {
-    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
-    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::STORAGE;
-    let _ = device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size: 1 << 60, usage, mapped_at_creation: false });
-}
-
-/// The app outlives its device: another one is made, and the clay goes on from its last kept state, no
-/// further back than the interval.
-fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
-    let mut app = app();
-    let clay = spawn(&mut app, EngineChoice::Gpu)?;
-    run(&mut app, clay, 0.05)?;
-    // The copy that is due.
-    std::thread::sleep(Duration::from_millis(20));
-    for _ in 0..20 {
-        app.update();
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    let before = metrics(app.world(), clay).time;
-    let device = app.world().resource::<RenderDevice>().wgpu_device().clone();
-    // The loss shows where Bevy polls the device; devices of two instances compare equal, their queues do
-    // not.
-    let queue = app.world().resource::<RenderQueue>().clone();
-    device.destroy();
-    settle(&mut app, "another device", |world| !Arc::ptr_eq(&world.resource::<RenderQueue>().0, &queue.0))?;
-    settle(&mut app, "the engine on it", |world| world.get::<ClayEngine>(clay).is_some_and(|e| e.pending() == 0))?;
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
-    settle(&mut app, "clay that goes on", |world| metrics(world, clay).time > before)?;
-    let after = state(&mut app, clay);
-    let fallen = height(&cube()) - height(&after);
-    let expected = GRAVITY * after.time.powi(2) / 2.0;
-    check((fallen / expected - 1.0).abs() < 0.01, format!("{fallen} m instead of {expected} m: not where it left off"))?;
-    check(status(app.world(), clay).engine.starts_with("GPU"), status(app.world(), clay).engine.clone())
-}
-
-/// A validation error in the clay's work stops its engine, not the app; the clay goes on natively and says
-/// why.
-fn fault_of_the_clay_does_not_end_the_app() -> Result<(), Failed> {
-    let mut app = app();
-    let clay = spawn(&mut app, EngineChoice::Gpu)?;
-    run(&mut app, clay, 0.02)?;
-    commit_fault(&app, "clay:fault");
-    let is_native = |world: &World| status(world, clay).engine.starts_with("native");
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
-    settle(&mut app, "the native engine", is_native)?;
-    let error = status(app.world(), clay).error.as_ref().map(ToString::to_string).unwrap_or_default();
-    check(error.contains("clay:fault"), format!("error: {error}"))?;
-    let before = metrics(app.world(), clay).time;
-    run(&mut app, clay, 0.02)?;
-    check(metrics(app.world(), clay).time > before, "the clay stands")
-}
-
-/// Errors that are not the clay's go where they went before.
-fn fault_of_the_app_goes_to_the_app() -> Result<(), Failed> {
-    static SEEN: AtomicUsize = AtomicUsize::new(0);
-    let mut app = app();
-    app.insert_resource(RenderErrorHandler(|_, _, _| {
-        SEEN.fetch_add(1, Ordering::Relaxed);
-        RenderErrorPolicy::Ignore
-    }));
-    let clay = spawn(&mut app, EngineChoice::Native)?;
-    commit_fault(&app, "the app's");
-    run(&mut app, clay, 0.02)?;
-    check(SEEN.load(Ordering::Relaxed) == 1, format!("seen {} times", SEEN.load(Ordering::Relaxed)))
 }
 
 /// A ball of `radius` cells that floats in its room.
@@ -358,7 +291,7 @@ fn systems_have_an_order() -> Result<(), Failed> {
     let render = app.get_sub_app(RenderApp).ok_or("no render world")?.world();
     look(render, ExtractSchedule.intern(), &["extract"])?;
     look(render, RenderGraph.intern(), &["record"])?;
-    look(render, Render.intern(), &["submitted"])?;
+    look(render, Render.intern(), &["upload", "submitted"])?;
     check(found.is_empty(), format!("{found:#?}"))
 }
 
@@ -368,16 +301,28 @@ fn main() {
     let mut arguments = Arguments::from_args();
     // Software adapters use all cores for each.
     arguments.test_threads.get_or_insert(1);
-    let trials: [(&str, Test); 9] = [
+    let trials: [(&str, Test); 18] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
         ("clay_leaves_an_engine_that_stops", clay_leaves_an_engine_that_stops),
-        ("clay_goes_on_after_the_device_is_lost", clay_goes_on_after_the_device_is_lost),
-        ("fault_of_the_clay_does_not_end_the_app", fault_of_the_clay_does_not_end_the_app),
-        ("fault_of_the_app_goes_to_the_app", fault_of_the_app_goes_to_the_app),
+        ("clay_goes_on_after_the_device_is_lost", recover::clay_goes_on_after_the_device_is_lost),
+        ("fault_of_the_clay_does_not_end_the_app", recover::fault_of_the_clay_does_not_end_the_app),
+        ("fault_of_the_app_goes_to_the_app", recover::fault_of_the_app_goes_to_the_app),
         ("surface_is_made_on_the_device", surface_is_made_on_the_device),
         ("frame_drawn_is_the_frame_simulated", delay::frame_drawn_is_the_frame_simulated),
         ("systems_have_an_order", systems_have_an_order),
+        ("fault_of_an_app_with_like_names_goes_to_the_app", recover::fault_of_an_app_with_like_names_goes_to_the_app),
+        (
+            "handler_of_the_app_stands_while_clay_is_on_the_processor",
+            recover::handler_of_the_app_stands_while_clay_is_on_the_processor,
+        ),
+        ("loss_of_a_device_made_by_hand_is_the_apps", recover::loss_of_a_device_made_by_hand_is_the_apps),
+        ("any_plugin_may_be_disabled", group::any_plugin_may_be_disabled),
+        ("clay_has_one_material", shown::clay_has_one_material),
+        ("removed_clay_leaves_no_trace", shown::removed_clay_leaves_no_trace),
+        ("quality_off_takes_the_mesh_away", shown::quality_off_takes_the_mesh_away),
+        ("slabs_stay_as_large_as_the_app_has_them", shown::slabs_stay_as_large_as_the_app_has_them),
+        ("mesh_of_another_layout_is_not_written", shown::mesh_of_another_layout_is_not_written),
     ];
     let mode = GpuMode::from_env().expect("CLAY_GPU");
     let is_ignored = mode == GpuMode::Off || mode == GpuMode::Auto && GpuDevice::headless().is_err();

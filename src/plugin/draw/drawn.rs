@@ -13,16 +13,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The number of a vertex's edge. With it a vertex has 28 bytes, which hardly any other mesh has: so these
 /// meshes have slabs of their own.
-const EDGE_NUMBER: MeshVertexAttribute = MeshVertexAttribute::new("Vertex_ClayEdge", 0x636c_6179_6564_6765, VertexFormat::Uint32);
+pub(super) const EDGE_NUMBER: MeshVertexAttribute =
+    MeshVertexAttribute::new("Vertex_ClayEdge", 0x636c_6179_6564_6765, VertexFormat::Uint32);
 
 /// By how much a mesh has more room than the one before.
 const CAPACITY_GROWTH: u32 = 4;
 /// Vertices for each triangle: half, and a third of that again where blocks meet.
 const VERTICES_PER_TRIANGLE: f64 = 0.75;
-/// Greatest slab [bytes]: what a binding may have on every device.
-pub(super) const SLAB_MAX: u64 = 128 << 20;
+/// Most of a mesh \[bytes\]: what a binding may have on every device, less what is lost to its alignment.
+const PART_MAX: u64 = (128 << 20) - 256;
 /// Bytes of a vertex.
-const VERTEX_BYTES: u64 = 28;
+pub(super) const VERTEX_BYTES: u64 = 28;
 
 /// Room in a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,11 +45,11 @@ impl Capacity {
     }
 
     /// The least size, this one or a greater, in which so many vertices and triangles find room; none if that
-    /// is more than a slab holds.
+    /// is more than a binding may have.
     pub(super) fn grown(self, counts: [u32; 2]) -> Option<Self> {
         let sizes = std::iter::successors(Some(self.indices / 3), |triangles| triangles.checked_mul(CAPACITY_GROWTH));
-        let is_in_slab = |capacity: &Self| u64::from(capacity.vertices) * VERTEX_BYTES <= SLAB_MAX;
-        sizes.map(Self::of_triangles).take_while(is_in_slab).find(|capacity| capacity.holds(counts))
+        let is_bound = |capacity: &Self| u64::from(capacity.vertices) * VERTEX_BYTES <= PART_MAX;
+        sizes.map(Self::of_triangles).take_while(is_bound).find(|capacity| capacity.holds(counts))
     }
 
     /// A mesh of this size in which nothing is seen, its vertices at the corners of the room.
@@ -121,8 +122,8 @@ pub(super) struct Job {
 pub(super) enum JobSource {
     /// They are on the device.
     Engine(Bridge),
-    /// They are with an engine on the processor, in this state.
-    Processor(u64, Deferred<SurfaceSource>),
+    /// They are with an engine on the processor, in this state; nothing once they were taken from there.
+    Processor(u64, Option<Deferred<SurfaceSource>>),
 }
 
 #[cfg(test)]
@@ -130,7 +131,7 @@ mod tests {
     use super::super::CAPACITY_FIRST;
     use super::*;
 
-    /// By what is needed, in one go; nothing beyond what a slab holds.
+    /// By what is needed, in one go; nothing beyond what a binding may have.
     #[test]
     fn capacity_grows_by_need() {
         let needs = |triangles: u32| [triangles / 2, triangles];

@@ -8,8 +8,8 @@ use crate::sim::gpu::label::label;
 use std::mem::offset_of;
 use std::num::NonZeroU64;
 
-/// Where the mesh goes: parts of buffers with usage `STORAGE`. Only these parts are bound, so that buffers may
-/// be larger than a binding; what a part may have is a binding's size less 256 bytes.
+/// Where the mesh goes: parts of buffers with usage `STORAGE`. Only these parts are bound, so that buffers
+/// may be larger than a binding; what a part may have is a binding's size less 256 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshTarget<'a> {
     /// Vertices of 7 words.
