@@ -1,15 +1,16 @@
 //! Undo and redo, stroke by stroke, exact to the bit.
 //!
-//! A history keeps the clay as it stood at the end of each stroke, within a budget of bytes: the present state
-//! plain, each other one packed beside its neighbour towards the present, of which it needs about half the
-//! bits.
+//! A history keeps the clay as it stood at the end of each stroke, within a budget of bytes: the present
+//! state plain, each other one packed beside its neighbour towards the present, of which it needs about half
+//! the bits.
 //!
-//! A state is all that the clay goes on from: grid, walls, material, time, and the particles with their places,
-//! strains, plastic strain, structure, volumes, ids and sides of cuts. It comes back with the same bits, -0 and
-//! NaN too, and its particles in the order of their ids, whatever order an engine had them in. Not part of it are
+//! A state is all that the clay goes on from: grid, walls, material, time, and the particles with their
+//! places, strains, plastic strain, structure, volumes, ids and sides of cuts. It comes back with the same
+//! bits, -0 and NaN too, and its particles in the order of their ids, whatever order an engine had them in.
+//! Not part of it are
 //!
-//! - velocities, and affine velocities: at a stroke's end the clay is at rest but for what dies away, and undone
-//!   clay is, so that nothing of a stroke that is undone goes on in it: they are 0;
+//! - velocities, and affine velocities: at a stroke's end the clay is at rest but for what dies away, and
+//!   undone clay is, so that nothing of a stroke that is undone goes on in it: they are 0;
 //! - [`Snapshot::forecasts`]: what the GPU engine expects of the frames that would have followed; other
 //!   frames will, and the engine bounds the same by the particles.
 //!
@@ -40,8 +41,8 @@ use state::State;
 use std::collections::VecDeque;
 use std::io;
 
-/// Why a state that was kept does not come back: the history's memory is not what it wrote. The history stays as
-/// it was.
+/// Why a state that was kept does not come back: the history's memory is not what it wrote. The history
+/// stays as it was.
 #[derive(Debug, thiserror::Error)]
 #[error("a state kept for undo cannot be unpacked: {0}")]
 pub struct HistoryError(#[source] io::Error);
@@ -68,8 +69,9 @@ impl History {
         Self { budget, present: None, past: VecDeque::new(), future: VecDeque::new(), evicted: 0 }
     }
 
-    /// Takes in the clay as it stands now that a stroke has ended, and where it becomes another otherwise: as
-    /// loaded, on another grid, without offcuts. It is the present state; those that were undone are forgotten.
+    /// Takes in the clay as it stands now that a stroke has ended, and where it becomes another otherwise:
+    /// as loaded, on another grid, without offcuts. It is the present state; those that were undone are
+    /// forgotten.
     pub fn record(&mut self, state: Snapshot) {
         let state = State::of(state);
         self.future.clear();

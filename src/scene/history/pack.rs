@@ -15,8 +15,8 @@ use std::io::{self, Read, Write};
 
 /// Bytes of a word.
 const BYTES: usize = 4;
-/// How hard to look for what repeats. A level less takes 9 % more bytes and three quarters of the time, a level
-/// more 1 % fewer bytes and a tenth more time: there is hardly anything but digits.
+/// How hard to look for what repeats. A level less takes 9 % more bytes and three quarters of the time, a
+/// level more 1 % fewer bytes and a tenth more time: there is hardly anything but digits.
 const LEVEL: Compression = Compression::new(2);
 
 /// A state that can be unpacked beside the state that it was packed beside, and no other.
@@ -77,8 +77,8 @@ impl Packed {
         Ok(state)
     }
 
-    /// Of two neighbours, `here` and `there`, of which `there` is packed in this one: `here` in its stead. What
-    /// differs is the same seen from either side, as long as the particles are the same.
+    /// Of two neighbours, `here` and `there`, of which `there` is packed in this one: `here` in its stead.
+    /// What differs is the same seen from either side, as long as the particles are the same.
     pub(super) fn turned(self, here: &State, there: &State) -> Self {
         if here.head.domain != there.head.domain || here.ids != there.ids {
             return Self::beside(there, here);

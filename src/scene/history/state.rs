@@ -1,4 +1,5 @@
-//! A state as history has it: particles in the order of their ids, at rest, a number's column after another's.
+//! A state as history has it: particles in the order of their ids, at rest, a number's column after
+//! another's.
 
 use crate::sim::snapshot::{Particle, Snapshot, Tag};
 

@@ -242,7 +242,8 @@ fn strokes_of_an_engine_are_undone_and_redone() {
     assert_eq!((history.undo_count(), history.redo_count(), history.evicted()), (last, 0, 0));
 }
 
-/// A state takes half of its memory at most, and less where no more than digits of its particles have changed.
+/// A state takes half of its memory at most, and less where no more than digits of its particles have
+/// changed.
 #[test]
 fn states_are_packed_beside_each_other() {
     let before = press(&clay(), 0.0);
