@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what a bare Debian or Ubuntu with Rust lacks: a C compiler, which Rust links with, and certificates, which cargo
 # downloads with; with --window also what a window loads at run time: X libraries, the Vulkan loader and, where no Vulkan driver is
-# there, a software driver; with --test a virtual display and a mouse for it. Components of Rust may be named too:
+# there, a software driver; with --test a virtual display and a mouse for it; with --all-of-bevy what compiling Bevy with its default features
+# takes. Components of Rust may be named too:
 # bash scripts/install.sh --window --test rustfmt clippy
 # Says in one line what it installs; with everything in place it says nothing.
 set -euo pipefail
@@ -34,6 +35,7 @@ for argument in "$@"; do
         compgen -G "/usr/share/vulkan/icd.d/*.json" >/dev/null || compgen -G "/etc/vulkan/icd.d/*.json" >/dev/null ||
             lacking mesa-vulkan-drivers
         ;;
+    --all-of-bevy) lacking pkg-config libasound2-dev libudev-dev libwayland-dev ;;
     --test) lacking xvfb xauth xdotool imagemagick ;;
     *) components+=("$argument") ;;
     esac

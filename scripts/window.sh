@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Sculpts in a window with a mouse that nobody holds: a virtual display, the example `sculpt`, real mouse and key events. Checks that a press dents the
 # clay where it was made, that the knife cuts it in two, that a slider changes what the tool feels, that undo takes back. Pictures go to out/window.
-# Needs xvfb, xdotool and imagemagick, and a Vulkan driver, software or not: bash scripts/install.sh --window --test
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/window}
@@ -9,45 +8,14 @@ mkdir -p "$out"
 rm -f "$out"/*.png
 : >"$out/log"
 
-fail() {
-    echo "window.sh: $1" >&2
-    tail -n 20 "$out/log" >&2 || true
-    exit 1
-}
-for tool in Xvfb xdotool import; do
-    command -v "$tool" >/dev/null || fail "$tool is missing: bash scripts/install.sh --window --test"
-done
+name=window.sh
+# shellcheck source=scripts/display.sh
+. scripts/display.sh
 # The package alone, as scripts/test.sh builds it: the whole workspace has other features, and all would be compiled once more.
 cargo build --quiet -p bevy_clay --features "demo inspector" --example sculpt
 sculpt=${CARGO_TARGET_DIR:-target}/debug/examples/sculpt
+open_display
 
-# The first display that is free.
-xvfb="" app=""
-finish() {
-    [ -z "$app" ] || kill "$app" 2>/dev/null || true
-    [ -z "$xvfb" ] || kill "$xvfb" 2>/dev/null || true
-}
-trap finish EXIT
-number=$(mktemp)
-Xvfb -displayfd 3 -screen 0 1280x800x24 3>"$number" 2>/dev/null &
-xvfb=$!
-for _ in $(seq 1200); do [ -s "$number" ] && break || sleep 0.1; done
-[ -s "$number" ] || fail "no virtual display"
-DISPLAY=:$(cat "$number")
-export DISPLAY
-rm -f "$number"
-
-# Longest wait for a line of the log [s]: it guards against hanging, and says nothing of speed.
-patience=900
-# await PATTERN: until the log holds a line like that, which it prints.
-await() {
-    local end=$((SECONDS + patience))
-    until grep -m1 -- "$1" "$out/log"; do
-        kill -0 "$app" 2>/dev/null || fail "sculpt ended early"
-        [ "$SECONDS" -lt "$end" ] || fail "nothing like \"$1\" within $patience s"
-        sleep 0.2
-    done
-}
 # A loaded machine draws a frame in seconds and would not see a hand that does not wait for it: all pauses are `pace` times as long.
 pace=1
 pause() { sleep "$(awk "BEGIN { print $1 * $pace }")"; }

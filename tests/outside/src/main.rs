@@ -1,25 +1,55 @@
-//! An app outside the repository: a ball drops into a block of clay and is felt.
-use bevy::{app::ScheduleRunnerPlugin, prelude::*};
+//! Clay on screen: the left button presses, U takes the last stroke back, E writes a file.
+use bevy::prelude::*;
 use bevy_clay::prelude::*;
 
+const RADIUS: f32 = 0.008;
+
 fn main() -> AppExit {
-    let often = ScheduleRunnerPlugin::run_loop(std::time::Duration::from_millis(5));
-    App::new().add_plugins((MinimalPlugins.set(often), ClayPlugins)).add_systems(Startup, spawn).add_systems(Update, press).run()
+    App::new()
+        .add_plugins((DefaultPlugins, ClayPlugins))
+        .add_systems(Startup, spawn)
+        .add_systems(Update, (ask, hand.in_set(ClaySystems::Tool), say.after(ClaySystems::Report)))
+        .add_observer(|done: On<ClayChanged>| info!("{:?}", done.change))
+        .add_observer(|done: On<ClayExported>| info!("wrote {:?}", done.files))
+        .add_observer(|trouble: On<ClayTrouble>| warn!("{}", trouble.error))
+        .run()
 }
 
-fn spawn(mut commands: Commands) -> Result {
-    let scene = ClayScene::from_ron("(clay: [Box(size: (0.04, 0.02, 0.04), center: (0, 0.01, 0))], cell_width: 0.0025)")?;
-    commands.spawn(Clay::snapshot(scene.build(std::path::Path::new("."))?.snapshot));
-    commands.spawn((SculptTool::default(), Transform::from_xyz(0.0, 0.029, 0.0)));
-    Ok(())
+fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: ResMut<Assets<StandardMaterial>>) {
+    commands.spawn((Clay::block(Vec3::new(0.06, 0.03, 0.06)).with_cell_width(0.004), ClayHistory::default()));
+    let look = (Mesh3d(meshes.add(Sphere::new(RADIUS))), MeshMaterial3d(colours.add(Color::srgb(0.3, 0.4, 0.6))));
+    commands.spawn((SculptTool::ball(RADIUS), look, Transform::from_xyz(0.0, 0.06, 0.0)));
+    // Bevy's near plane, 10 cm from the eye, would cut off clay of centimetres.
+    let lens = PerspectiveProjection { near: 0.001, ..default() };
+    let eye = Transform::from_xyz(0.07, 0.09, 0.11).looking_at(Vec3::Y * 0.01, Vec3::Y);
+    commands.spawn((Camera3d::default(), Projection::Perspective(lens), eye));
+    commands.spawn((DirectionalLight::default(), Transform::from_xyz(1.0, 2.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y)));
 }
 
-fn press(mut ball: Single<&mut Transform, With<SculptTool>>, mut reports: MessageReader<ClayReport>, mut exit: MessageWriter<AppExit>) {
-    for report in reports.read().map(|r| &r.report) {
-        ball.translation.y -= 0.0005;
-        if report.time > 1.0 || report.tools.iter().any(|t| t.force.y > 1.0) {
-            println!("{} particles after {:.3} s: {:?}", report.particle_count, report.time, report.tools.first().map(|t| t.force));
-            exit.write(if report.time > 1.0 { AppExit::error() } else { AppExit::Success });
-        }
+/// The ball hovers where the pointer meets the clay, and goes in while the button is down.
+fn hand(
+    (window, buttons, time): (Single<&Window>, Res<ButtonInput<MouseButton>>, Res<Time>),
+    eye: Single<(&Camera, &GlobalTransform)>,
+    clay: Single<(&ClaySurface, &GlobalTransform)>,
+    mut ball: Single<&mut Transform, With<SculptTool>>,
+) {
+    let ray = window.cursor_position().and_then(|at| eye.0.viewport_to_world(eye.1, at).ok());
+    let (Some(ray), Ok(space)) = (ray, ClaySpace::new(clay.1)) else { return };
+    let Some(hit) = clay.0.cast(space.ray_to_clay(ray)) else { return };
+    let (depth, speed) = if buttons.pressed(MouseButton::Left) { (0.004, 0.05) } else { (-0.004, 1.0) };
+    let goal = space.point_to_world(hit.point + (f64::from(RADIUS) - depth) * hit.normal.as_dvec3());
+    ball.translation = ball.translation.move_towards(goal, speed * time.delta_secs());
+}
+
+fn ask(keys: Res<ButtonInput<KeyCode>>, clay: Single<Entity, With<Clay>>, mut commands: Commands) {
+    if keys.just_pressed(KeyCode::KeyU) {
+        commands.trigger(UndoClay { entity: *clay });
     }
+    if keys.just_pressed(KeyCode::KeyE) {
+        commands.trigger(ExportClay { entity: *clay, path: "clay.stl".into(), options: default() });
+    }
+}
+
+fn say(tool: Single<&ToolForce, Changed<ToolForce>>) {
+    info!("{:.2} N", tool.force.length());
 }
