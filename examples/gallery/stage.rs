@@ -91,7 +91,12 @@ fn light(mut commands: Commands) {
 }
 
 /// Where meshes, images and materials are kept.
-type Store<'w> = (ResMut<'w, Assets<Mesh>>, ResMut<'w, Assets<Image>>, ResMut<'w, Assets<StandardMaterial>>);
+type Store<'w> = (
+    ResMut<'w, Assets<Mesh>>,
+    ResMut<'w, Assets<Image>>,
+    ResMut<'w, Assets<StandardMaterial>>,
+    ResMut<'w, Assets<ClayLookMaterial>>,
+);
 
 /// Puts a subject up, waits until it is seen, takes its picture, and goes on to the next.
 fn step(
@@ -136,7 +141,7 @@ fn step(
 }
 
 /// The subject, the floor that it stands on, and the cameras, each with its part of one image.
-fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mut Store) {
+fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials, looks): &mut Store) {
     let (low, high) = shot.room.unwrap_or_else(|| shot.subject.bounds());
     let (centre, radius) = ((low + high) / 2.0, ((high - low).length() / 2.0).max(1e-3));
     let mut place = commands.spawn((Passing, Visibility::default()));
@@ -146,7 +151,7 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials): &mu
             place.insert((Clay::snapshot((**snapshot).clone()), settings, ClayClock { paused: true, ..default() }));
         }
         Subject::Mesh(surface) => {
-            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(materials.add(studio::clay()))));
+            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(looks.add(studio::clay()))));
         }
     }
     let floor = meshes.add(Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius));

@@ -123,7 +123,7 @@ fn step(
     canvas: Res<Canvas>,
     passing: Query<Entity, With<Passing>>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut colours: ResMut<Assets<StandardMaterial>>,
+    (mut colours, mut looks): (ResMut<Assets<StandardMaterial>>, ResMut<Assets<ClayLookMaterial>>),
     mut exit: MessageWriter<AppExit>,
 ) {
     let Some(moment) = show.moments.get(show.index) else {
@@ -132,7 +132,7 @@ fn step(
     };
     if show.frame == 0 {
         passing.iter().for_each(|entity| commands.entity(entity).despawn());
-        let clay = colours.add(studio::clay());
+        let clay = looks.add(studio::clay());
         commands.spawn((Passing, Mesh3d(meshes.add(studio::mesh(&moment.surface))), MeshMaterial3d(clay)));
         let steel = StandardMaterial { base_color: Color::srgb(0.35, 0.45, 0.6), perceptual_roughness: 0.4, ..default() };
         let steel = colours.add(StandardMaterial { cull_mode: None, double_sided: true, ..steel });

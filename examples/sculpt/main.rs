@@ -5,7 +5,6 @@
 //! |----------|---------------------------------------------------|
 //! | `args`   | the command line, the clay to start with          |
 //! | `stage`  | board, lights, camera                             |
-//! | `screen` | where the picture is drawn                        |
 //! | `pick`   | where the pointer's ray meets the clay            |
 //! | `tools`  | the tools: shapes, poses, looks                   |
 //! | `stroke` | from pointer to tool                              |
@@ -23,7 +22,6 @@ mod pace;
 mod pick;
 #[path = "../headless/say.rs"]
 mod say;
-mod screen;
 mod script;
 mod stage;
 mod stroke;
@@ -34,9 +32,9 @@ use args::{Args, Start};
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
-use bevy::window::{PrimaryWindow, WindowResolution};
+use bevy::window::WindowResolution;
 use bevy_clay::prelude::*;
-use bevy_egui::{EguiGlobalSettings, EguiPrimaryContextPass, EguiUserTextures, PrimaryEguiContext};
+use bevy_egui::{EguiGlobalSettings, EguiPrimaryContextPass, PrimaryEguiContext};
 use glam::DVec3;
 use wgpu::DeviceType;
 
@@ -63,7 +61,7 @@ fn main() -> AppExit {
     let is_scripted = args.script;
     let mut app = App::new();
     app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }).set(log))
-        .add_plugins((ClayPlugins, ClayPanelPlugin { export_folder: args.out.clone() }))
+        .add_plugins((ClayPlugins, SoftwareDrawingPlugin, ClayPanelPlugin { export_folder: args.out.clone() }))
         .insert_resource(ClearColor(stage::BACKGROUND))
         .insert_resource(args)
         .insert_resource(start)
@@ -81,13 +79,12 @@ fn main() -> AppExit {
             Update,
             (tools::shape, stroke::point, stroke::work, pace::keep, pace::draw).chain().in_set(ClaySystems::Tool),
         )
-        .add_systems(PreUpdate, screen::fit)
-        .add_systems(PostUpdate, screen::refresh)
         .add_systems(
             Update,
             (tools::tint, tools::late, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show),
         )
-        .add_systems(EguiPrimaryContextPass, (screen::show, hud::bar, hud::help).chain());
+        .add_systems(EguiPrimaryContextPass, (hud::bar, hud::help).chain())
+        .add_observer(set_panels);
     // The camera with the panels is chosen by hand.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     if is_scripted {
@@ -110,8 +107,6 @@ fn set_up(
     (args, start, adapter): (Res<Args>, Res<Start>, Res<RenderAdapterInfo>),
     mut commands: Commands,
     (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
-    (mut images, mut textures): (ResMut<Assets<Image>>, ResMut<EguiUserTextures>),
-    window: Single<&Window, With<PrimaryWindow>>,
     (mut hand, mut notice): (ResMut<tools::Hand>, ResMut<ClayNotice>),
     mut exit: MessageWriter<AppExit>,
 ) {
@@ -129,11 +124,9 @@ fn set_up(
     let ball = ball(&snapshot);
     hand.unit = ball.1 / UNITS;
     let floor = snapshot.domain.corners().0.y as f32;
-    let eye = stage::set(&mut commands, &mut meshes, &mut materials, ball, floor, draws_fast);
+    let eye = stage::set(&mut commands, &mut meshes, &mut materials, ball, floor);
     if draws_fast {
         commands.entity(eye).insert(PrimaryEguiContext);
-    } else {
-        screen::set_small(&mut commands, &mut images, &mut textures, eye, &window);
     }
     let inertia = if is_fast { InertiaScaling::Off } else { InertiaScaling::Fast };
     let line = if is_fast {
@@ -166,6 +159,11 @@ fn set_up(
     if let Some(file) = &args.clay {
         clay.insert(MaterialFile::new(file));
     }
+}
+
+/// Where a processor draws, the panels stand over the small picture, in the window's own pixels.
+fn set_panels(screen: On<Add, ScreenCamera>, mut commands: Commands) {
+    commands.entity(screen.entity).insert(PrimaryEguiContext);
 }
 
 /// Middle and half the diagonal of the box of the particles \[m\].

@@ -39,7 +39,6 @@ pub(crate) fn set(
     materials: &mut Assets<StandardMaterial>,
     (middle, radius): (Vec3, f32),
     floor: f32,
-    has_gpu: bool,
 ) -> Entity {
     // A hair below the clay's underside, which would flicker through it. A board, not a whole table: each
     // pixel costs a software renderer much.
@@ -80,9 +79,7 @@ pub(crate) fn set(
         range: (1.2 * radius, 16.0 * radius),
     };
     let projection = PerspectiveProjection { fov: 0.62, near: 0.05 * radius, far: 100.0 * radius, ..default() };
-    // Four samples a pixel cost a software renderer three times as much.
-    let samples = if has_gpu { Msaa::Sample4 } else { Msaa::Off };
-    let camera = (Camera3d::default(), orbit.transform(), orbit, Projection::Perspective(projection), samples);
+    let camera = (Camera3d::default(), orbit.transform(), orbit, Projection::Perspective(projection));
     commands.spawn((Name::new("eye"), camera)).id()
 }
 

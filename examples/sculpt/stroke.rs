@@ -2,7 +2,6 @@
 //! the clay can follow.
 
 use crate::pick::{self, Hit};
-use crate::screen;
 use crate::tools::{Hand, InHand, ToolKind};
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
@@ -52,7 +51,7 @@ pub(crate) fn point(
     let Ok(window) = window.single() else { return };
     let is_panels = egui.wants_any_pointer_input() && !pointer.is_down;
     let cursor = window.cursor_position().filter(|_| !is_panels);
-    pointer.ray = cursor.and_then(|at| screen::ray(window, at, camera, place));
+    pointer.ray = cursor.and_then(|at| camera.viewport_to_world(place, at).ok());
     pointer.is_down = match pointer.is_down {
         true => buttons.pressed(MouseButton::Left),
         false => buttons.just_pressed(MouseButton::Left) && !is_panels && pointer.ray.is_some(),

@@ -10,6 +10,7 @@ use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
+use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
@@ -38,7 +39,7 @@ pub(crate) fn take(files: Vec<PathBuf>, add: impl FnOnce(&mut App)) -> Result<Ve
     let log = LogPlugin { filter: "error,bevy_clay=warn".into(), ..default() };
     let plugins = DefaultPlugins.set(window).set(render).set(log).disable::<WinitPlugin>();
     let mut app = App::new();
-    app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
+    app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO), ClayLookPlugin));
     add(&mut app);
     if app.run() == STOPPED {
         return Ok(files.into_iter().filter(|file| file.exists()).collect());
@@ -58,6 +59,6 @@ pub(crate) fn mesh(surface: &Surface) -> Mesh {
 }
 
 /// The material of clay.
-pub(crate) fn clay() -> StandardMaterial {
-    StandardMaterial { base_color: Color::srgb(0.72, 0.45, 0.32), perceptual_roughness: 0.8, ..default() }
+pub(crate) fn clay() -> ClayLookMaterial {
+    ClayLookMaterial { base: ClayLook::base(), extension: ClayLook::default() }
 }

@@ -1,6 +1,7 @@
 //! What the plugin puts on a clay's entity, and takes away again: nothing of what the app put there.
 
 use super::clay::Clay;
+use super::look::ClayLookMaterial;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoAutoAabb, VisibilityClass};
 use bevy::prelude::*;
@@ -32,13 +33,20 @@ impl ShownMesh {
 }
 
 /// The material that the plugin put there.
-#[derive(Component)]
-pub(super) struct AutoMaterial(Handle<StandardMaterial>);
+#[derive(Component, Clone, PartialEq)]
+pub(super) enum AutoMaterial {
+    /// Where the app has no look of clay.
+    Plain(Handle<StandardMaterial>),
+    Look(Handle<ClayLookMaterial>),
+}
 
 impl AutoMaterial {
-    /// Whether it is this one.
-    pub(super) fn is(&self, present: &MeshMaterial3d<StandardMaterial>) -> bool {
-        present.0 == self.0
+    /// Whether it is still what the entity has.
+    fn is_on(&self, entity: &EntityWorldMut) -> bool {
+        match self {
+            Self::Plain(own) => entity.get::<MeshMaterial3d<StandardMaterial>>().is_some_and(|present| present.0 == *own),
+            Self::Look(own) => entity.get::<MeshMaterial3d<ClayLookMaterial>>().is_some_and(|present| present.0 == *own),
+        }
     }
 }
 
@@ -79,10 +87,16 @@ pub(super) fn hide(mut entity: EntityWorldMut) {
 }
 
 /// Puts the plugin's material on an entity that is still clay without a material.
-pub(super) fn wear(own: Handle<StandardMaterial>) -> impl EntityCommand {
+pub(super) fn wear(own: AutoMaterial) -> impl EntityCommand {
     move |mut entity: EntityWorldMut| {
-        if entity.contains::<Clay>() && !entity.contains::<MeshMaterial3d<StandardMaterial>>() {
-            entity.insert((MeshMaterial3d(own.clone()), AutoMaterial(own)));
+        let is_bare =
+            !entity.contains::<MeshMaterial3d<StandardMaterial>>() && !entity.contains::<MeshMaterial3d<ClayLookMaterial>>();
+        if entity.contains::<Clay>() && is_bare {
+            match own.clone() {
+                AutoMaterial::Plain(own) => entity.insert(MeshMaterial3d(own)),
+                AutoMaterial::Look(own) => entity.insert(MeshMaterial3d(own)),
+            };
+            entity.insert(own);
         }
     }
 }
@@ -90,8 +104,11 @@ pub(super) fn wear(own: Handle<StandardMaterial>) -> impl EntityCommand {
 /// Takes away the plugin's material.
 pub(super) fn undress(mut entity: EntityWorldMut) {
     if let Some(auto) = entity.take::<AutoMaterial>()
-        && entity.get().is_some_and(|present| auto.is(present))
+        && auto.is_on(&entity)
     {
-        entity.remove::<MeshMaterial3d<StandardMaterial>>();
+        match auto {
+            AutoMaterial::Plain(_) => entity.remove::<MeshMaterial3d<StandardMaterial>>(),
+            AutoMaterial::Look(_) => entity.remove::<MeshMaterial3d<ClayLookMaterial>>(),
+        };
     }
 }

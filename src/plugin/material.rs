@@ -10,6 +10,7 @@
 use super::clay::Clay;
 use super::entity::{AutoMaterial, ShownMesh, undress, wear};
 use super::held::HeldTime;
+use super::look::{ClayLook, ClayLookMaterial};
 use bevy::ecs::archetype::Archetypes;
 use bevy::ecs::component::Components;
 use bevy::ecs::entity::Entities;
@@ -27,7 +28,8 @@ const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
 #[reflect(Component, Default)]
 pub struct NoAutoMaterial;
 
-fn clay_material() -> StandardMaterial {
+/// Plain clay.
+pub(super) fn clay_material() -> StandardMaterial {
     StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() }
 }
 
@@ -52,39 +54,52 @@ impl OtherMaterials<'_, '_> {
     }
 }
 
-/// All types of `MeshMaterial3d` that the app has, but that of [`StandardMaterial`].
+/// All types of `MeshMaterial3d` that the app has, but those that the plugin itself may put there.
 fn material_types(registry: &AppTypeRegistry) -> Vec<TypeId> {
     type Standard = MeshMaterial3d<StandardMaterial>;
+    let look = TypeId::of::<MeshMaterial3d<ClayLookMaterial>>();
     let name = (Standard::module_path(), Standard::type_ident());
     let registry = registry.read();
     let types = registry.iter().filter(|registration| {
         let path = registration.type_info().type_path_table();
         (path.module_path(), path.ident()) == name
     });
-    types.map(|registration| registration.type_id()).filter(|id| *id != TypeId::of::<Standard>()).collect()
+    types.map(|registration| registration.type_id()).filter(|id| ![TypeId::of::<Standard>(), look].contains(id)).collect()
 }
 
 /// What a clay that is shown has for a material.
-type Worn<'a> = (Option<&'a MeshMaterial3d<StandardMaterial>>, Option<&'a AutoMaterial>, Has<NoAutoMaterial>);
+type Worn<'a> = (
+    Option<&'a MeshMaterial3d<StandardMaterial>>,
+    Option<&'a MeshMaterial3d<ClayLookMaterial>>,
+    Option<&'a AutoMaterial>,
+    Has<NoAutoMaterial>,
+);
+
+/// Where the plugin's materials are kept.
+type Store<'w> = (Option<ResMut<'w, Assets<StandardMaterial>>>, Option<ResMut<'w, Assets<ClayLookMaterial>>>);
 
 /// Gives clay that is shown the plugin's material where the app has none, and takes it away where it has.
 pub(super) fn dress(
     clays: Query<(Entity, Worn), (With<Clay>, With<ShownMesh>)>,
     mut others: OtherMaterials,
-    mut materials: Option<ResMut<Assets<StandardMaterial>>>,
+    (mut plain, mut looks): Store,
     mut commands: Commands,
     held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
-    let Some(materials) = &mut materials else { return };
-    for (entity, (standard, auto, is_left_alone)) in &clays {
-        let is_own = standard.zip(auto).is_some_and(|(present, own)| own.is(present));
-        if is_left_alone || (standard.is_some() && !is_own) || others.are_on(entity) {
+    for (entity, (standard, look, auto, is_left_alone)) in &clays {
+        let is_apps = standard.is_some_and(|present| auto != Some(&AutoMaterial::Plain(present.0.clone())))
+            || look.is_some_and(|present| auto != Some(&AutoMaterial::Look(present.0.clone())));
+        if is_left_alone || is_apps || others.are_on(entity) {
             if auto.is_some() {
                 commands.entity(entity).queue_silenced(undress);
             }
-        } else if standard.is_none() {
-            let own = materials.add(clay_material());
+        } else if standard.is_none() && look.is_none() {
+            let own = match (&mut looks, &mut plain) {
+                (Some(looks), _) => AutoMaterial::Look(looks.add(ClayLook::material())),
+                (None, Some(plain)) => AutoMaterial::Plain(plain.add(clay_material())),
+                (None, None) => continue,
+            };
             commands.entity(entity).queue_silenced(wear(own));
         }
     }

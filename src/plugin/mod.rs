@@ -21,6 +21,8 @@
 //! | `step`        | clock, ways, material         | frame plans                                       |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
+//! | [`look`]        | a standard material           | one that looks like clay                          |
+//! | [`software`]    | cameras of windows            | fewer pixels, where a processor draws them        |
 //! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |
 //! | [`material`]    | clay without a material       | one of the plugin's                               |
 //! | `entity`        | what is shown                 | components of the entity, put and taken away      |
@@ -63,6 +65,7 @@ pub mod events;
 pub mod follow;
 mod gpu;
 mod held;
+pub mod look;
 pub mod material;
 pub mod ops;
 mod pace;
@@ -72,6 +75,7 @@ mod reflect;
 mod report;
 pub mod schedule;
 pub mod show;
+pub mod software;
 pub mod source;
 pub mod space;
 pub mod status;
@@ -106,9 +110,11 @@ pub mod prelude {
         ResampleClay, ResetClay, UndoClay,
     };
     pub use super::follow::MaterialFile;
+    pub use super::look::{ClayLook, ClayLookMaterial, ClayLookPlugin};
     pub use super::material::NoAutoMaterial;
     pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
+    pub use super::software::{FullDrawing, ScreenCamera, SoftwareDrawing, SoftwareDrawingPlugin};
     pub use super::source::ClaySource;
     pub use super::space::ClaySpace;
     pub use super::status::{ClayError, ClayMetrics, ClayStatus};
