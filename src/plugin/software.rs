@@ -4,9 +4,9 @@
 //! With [`SoftwareDrawingPlugin`] the cameras of a window are drawn without shadows and without multisampling
 //! into a picture of fewer pixels, which is stretched over the window; the window is drawn anew only when
 //! something has changed, and for no more than a share of the time. Nothing of it shows in the main world:
-//! cameras keep their [`RenderTarget`], size and [`Msaa`], lights keep their shadows, and
-//! [`Camera::viewport_to_world`] takes the pointer's place in the window as ever. On a hardware adapter
-//! nothing is changed.
+//! cameras keep their [`RenderTarget`](bevy::camera::RenderTarget), size and [`Msaa`], lights keep their
+//! shadows, and [`Camera::viewport_to_world`] takes the pointer's place in the window as ever. On a hardware
+//! adapter nothing is changed.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
