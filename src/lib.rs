@@ -61,7 +61,7 @@ pub mod prelude {
     pub use crate::ui::prelude::*;
 }
 
-/// The README's examples are doc tests, with all features.
-#[cfg(all(doctest, feature = "inspector"))]
+/// The README's examples are doc tests, with what they draw by.
+#[cfg(all(doctest, feature = "demo"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -36,3 +36,22 @@ fn planted_second_version_is_found() {
     assert!(doubled(&one, &ONCE).is_empty());
     assert_eq!(doubled(&(one + &package("glam", "0.34.2")), &ONCE), [r#"glam: ["0.32.1", "0.34.2"]"#]);
 }
+
+/// The app outside, which is built as a user would build it, is built of what is tested here: its own lock file
+/// adds to this one and changes nothing.
+#[test]
+fn outside_app_has_the_versions_tested_here() {
+    let read = |file: &str| std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file));
+    // The published package leaves it out.
+    let Ok(outside) = read("tests/outside/Cargo.lock") else { return };
+    let here = read("Cargo.lock").expect("Cargo.lock");
+    let names = |lock: &str| -> std::collections::BTreeSet<String> {
+        lock.lines().filter_map(|l| Some(l.strip_prefix("name = \"")?.strip_suffix('"')?.to_string())).collect()
+    };
+    let shared: Vec<String> = names(&here).intersection(&names(&outside)).cloned().collect();
+    let shared: Vec<&str> = shared.iter().map(String::as_str).collect();
+    assert!(shared.len() > 100, "the check reads both: {}", shared.len());
+    let there = versions(&outside, &shared);
+    let missing: Vec<_> = versions(&here, &shared).into_iter().filter(|package| !there.contains(package)).collect();
+    assert!(missing.is_empty(), "not in tests/outside/Cargo.lock: {missing:?}");
+}

@@ -19,12 +19,12 @@ impl Component for ClayMaterial {
     type Mutability = Mutable;
 }
 
-/// A piece of clay. What it starts from is made, and its engine started, away from the main thread; a clay that
-/// is replaced stands until the next one is ready.
+/// A piece of clay. What it starts from is made, and its engine started, away from the main thread; a clay
+/// that is replaced stands until the next one is ready.
 ///
-/// Beside it belongs a [`ClayMaterial`], which the clay is made of from the next frame on; the source's is put
-/// there, and replaced with it, unless the app has put another one there. The entity's [`Transform`] places,
-/// turns and uniformly scales the clay; particles and walls are in the entity's own frame, which
+/// Beside it belongs a [`ClayMaterial`], which the clay is made of from the next frame on; the source's is
+/// put there, and replaced with it, unless the app has put another one there. The entity's [`Transform`]
+/// places, turns and uniformly scales the clay; particles and walls are in the entity's own frame, which
 /// [`ClaySpace`](super::space::ClaySpace) goes between and the world.
 ///
 /// The default is a cube of 4 cm of soft clay with cells of 2 mm, standing on a floor.
@@ -55,8 +55,8 @@ impl Clay {
         Self::new(ClaySource::Ball { radius: shortest(Vec3::splat(radius)).x })
     }
 
-    /// The inside of a mesh, where it is; its lowest point is on the floor. The mesh has to be kept in the main
-    /// world.
+    /// The inside of a mesh, where it is; its lowest point is on the floor. The mesh has to be kept in the
+    /// main world.
     pub fn mesh(mesh: Handle<Mesh>) -> Self {
         Self::new(ClaySource::Mesh(mesh))
     }

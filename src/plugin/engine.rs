@@ -1,6 +1,7 @@
 //! Engines: which one runs a piece of clay, started away from the main thread, moved over and recovered
 //! without losing the clay.
 
+use super::base::{self, Base};
 use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, EngineChoice};
 use super::entity;
@@ -9,7 +10,6 @@ use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
 use super::schedule::{ClaySystems, schedule};
-use super::source::Base;
 use super::status::{ClayError, ClayMetrics, ClayStatus};
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
@@ -317,7 +317,7 @@ impl Plugin for EnginePlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<Clay, EngineStart>();
         let schedule = schedule(app);
-        app.add_observer(end).add_systems(schedule, (start, admit, keep).chain().in_set(ClaySystems::Report));
+        app.add_observer(end).add_systems(schedule, (start, admit, keep).chain().in_set(ClaySystems::Report).after(base::build));
     }
 }
 

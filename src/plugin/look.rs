@@ -21,7 +21,6 @@
 //! App::new().add_plugins((DefaultPlugins, ClayPlugins, ClayLookPlugin)).add_systems(Startup, spawn_clay).run();
 //! ```
 
-use super::material::clay_material;
 use bevy::asset::embedded_asset;
 use bevy::pbr::{ExtendedMaterial, MaterialExtension};
 use bevy::prelude::*;
@@ -34,6 +33,13 @@ use bevy::shader::ShaderRef;
 /// A standard material that looks like clay.
 pub type ClayLookMaterial = ExtendedMaterial<StandardMaterial, ClayLook>;
 
+/// Colour of clay where the app gives no material: worked pottery clay.
+const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
+
+/// Plain clay.
+pub(super) fn clay_material() -> StandardMaterial {
+    StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() }
+}
 /// What makes a surface look like clay. Lengths are in the clay's own frame.
 #[derive(Asset, AsBindGroup, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Default)]

@@ -10,7 +10,7 @@
 use super::clay::Clay;
 use super::entity::{AutoMaterial, ShownMesh, undress, wear};
 use super::held::HeldTime;
-use super::look::{ClayLook, ClayLookMaterial};
+use super::look::{ClayLook, ClayLookMaterial, clay_material};
 use bevy::ecs::archetype::Archetypes;
 use bevy::ecs::component::Components;
 use bevy::ecs::entity::Entities;
@@ -19,19 +19,11 @@ use bevy::prelude::*;
 use bevy::reflect::TypePath;
 use std::any::TypeId;
 
-/// Colour of clay where the app gives no material: worked pottery clay.
-const CLAY_COLOUR: Color = Color::srgb(0.72, 0.45, 0.32);
-
 /// Keeps the plugin from giving a [`Clay`] without a `MeshMaterial3d` a material of its own: for clay that
 /// the app draws in another way.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Default)]
 pub struct NoAutoMaterial;
-
-/// Plain clay.
-pub(super) fn clay_material() -> StandardMaterial {
-    StandardMaterial { base_color: CLAY_COLOUR, perceptual_roughness: 0.8, ..default() }
-}
 
 /// The materials of the app on entities, of any type but [`StandardMaterial`].
 #[derive(SystemParam)]

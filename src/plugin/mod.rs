@@ -8,7 +8,8 @@
 //! | [`clock`]       | the schedule's clock          | [`ClayClock`], the clay's own, and gravity        |
 //! | [`status`]      | reports                       | [`ClayStatus`], [`ClayMetrics`], [`ClayError`]    |
 //! | [`clay`]        | what an app gives and gets    | [`Clay`], its settings and reports                |
-//! | [`source`]      | shapes, meshes, files         | the snapshot that engines start from              |
+//! | [`source`]      | shapes, meshes, files         | [`ClaySource`], what clay starts from             |
+//! | `base`          | sources                       | the snapshot that engines start from              |
 //! | [`engine`]      | snapshots, settings           | [`ClayEngine`], started away from the main thread |
 //! | [`events`]      | what an app asks              | what it is told                                   |
 //! | [`ops`]         | questions, states             | the clay reset, resampled, undone, exported       |
@@ -37,6 +38,7 @@
 //! [`ClayStatus`]: status::ClayStatus
 //! [`ClayMetrics`]: status::ClayMetrics
 //! [`ClayError`]: status::ClayError
+//! [`ClaySource`]: source::ClaySource
 //! [`ClaySpace`]: space::ClaySpace
 //! [`ClayClock`]: clock::ClayClock
 //! [`ToolForce`]: tool::ToolForce
@@ -54,6 +56,7 @@
 //! App::new().add_plugins((DefaultPlugins, ClayPlugins)).add_systems(Startup, spawn_clay).run();
 //! ```
 
+mod base;
 mod bridge;
 pub mod clay;
 pub mod clock;
@@ -83,6 +86,7 @@ mod step;
 pub mod tool;
 pub mod undo;
 
+pub use base::SourcePlugin;
 pub use diagnostics::DiagnosticsPlugin;
 pub use draw::DrawPlugin;
 pub use engine::EnginePlugin;
@@ -94,7 +98,6 @@ pub use reflect::ReflectPlugin;
 pub use report::ReportPlugin;
 pub use schedule::SchedulePlugin;
 pub use show::ShowPlugin;
-pub use source::SourcePlugin;
 pub use step::StepPlugin;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};

@@ -1,5 +1,6 @@
 //! What is asked of clay, done away from the main thread, one after the other, all or nothing.
 
+use super::base::Base;
 use super::clay::Clay;
 use super::engine::{self, ClayEngine, EngineStart};
 use super::events::{
@@ -8,9 +9,8 @@ use super::events::{
 use super::held::HeldTime;
 use super::report;
 use super::schedule::{ClaySystems, schedule};
-use super::source::Base;
 use super::status::ClayError;
-use super::undo::{ClayHistory, Extent, Kept, mark_strokes};
+use super::undo::{ClayHistory, Extent, Kept};
 use crate::scene::export::{ExportOptions, write_bodies};
 use crate::scene::pieces::Pieces;
 use crate::scene::resample::resample;
@@ -61,13 +61,6 @@ pub(super) struct Ops {
     start: Option<Arc<Snapshot>>,
 }
 
-impl Ops {
-    /// Asks for the state to be kept.
-    pub(super) fn record(&mut self) {
-        self.waiting.push_back(Op::Record);
-    }
-}
-
 /// Answers what apps ask of clay. Without it [`ResetClay`] and its like have no answer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OpsPlugin;
@@ -116,6 +109,16 @@ fn name(op: Op) -> &'static str {
         Op::DropOffcuts => "drop",
         Op::Undo => "undo",
         Op::Redo => "redo",
+    }
+}
+
+/// Asks for the state after each stroke.
+fn mark_strokes(mut clays: Query<(&mut ClayHistory, &mut Ops, &ClayEngine)>, real: Res<Time<Real>>) {
+    for (mut history, mut ops, engine) in &mut clays {
+        let is_touched = engine.plans.felt.iter().any(|(_, tool)| tool.contacts + tool.tagged > 0);
+        if history.bypass_change_detection().touch(is_touched, real.elapsed_secs_f64()) {
+            ops.waiting.push_back(Op::Record);
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Hands out what came of frames: messages, forces on tools, status, trouble named once per clay.
 
+use super::base::Base;
 use super::clay::{Clay, ClayReport};
 use super::draw::{Declined, Drawn};
 use super::engine::{self, ClayEngine, EngineStart};
@@ -8,7 +9,6 @@ use super::follow::Following;
 use super::held::HeldTime;
 use super::schedule::{ClaySystems, schedule};
 use super::show::{self, ClaySurface};
-use super::source::Base;
 use super::space::ClaySpace;
 use super::status::{ClayError, ClayMetrics, ClayStatus};
 use super::tool::{SculptTool, ToolForce};

@@ -1,23 +1,15 @@
-//! What clay starts from, made away from the main thread into a snapshot that engines start from.
+//! What clay starts from: shapes, meshes, files, clay as it stood.
 
-use super::clay::Clay;
-use super::engine;
-use super::held::HeldTime;
-use super::schedule::{ClaySystems, schedule};
 use crate::scene::file::{Body, ClayScene, MeshBody, Room};
 use crate::scene::import::ImportedMesh;
 use crate::scene::recording::Recording;
 use crate::scene::track::AxisAngle;
 use crate::sim::engine::Engine;
-use crate::sim::material::ClayMaterial;
 use crate::sim::native::NativeEngine;
 use crate::sim::snapshot::Snapshot;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use bevy::asset::{AssetServer, LoadState};
 use bevy::prelude::*;
-use bevy::tasks::futures::check_ready;
-use bevy::tasks::{AsyncComputeTaskPool, Task};
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::path::{Path, PathBuf};
@@ -42,10 +34,11 @@ pub enum ClaySource {
         /// Radius \[m\].
         radius: f64,
     },
-    /// The inside of a mesh, where it is: its lowest point is on the floor. The mesh has to be kept in the main
-    /// world, and is taken as it is when it is there.
+    /// The inside of a mesh, where it is: its lowest point is on the floor. The mesh has to be kept in the
+    /// main world, and is taken as it is when it is there.
     Mesh(Handle<Mesh>),
-    /// The clay of a scene with its room and walls, and not its tools; paths in it are from the current folder.
+    /// The clay of a scene with its room and walls, and not its tools; paths in it are from the current
+    /// folder.
     Scene(ClayScene),
     /// The same, of a scene file.
     SceneFile(PathBuf),
@@ -84,7 +77,7 @@ impl<'de> Deserialize<'de> for SavedClay {
 
 impl ClaySource {
     /// The snapshot, with cells of `cell_width` \[m\] where that is not the source's to say. Takes its time.
-    fn build(&self, cell_width: Option<f64>, mesh: Option<ImportedMesh>) -> Result<Snapshot, String> {
+    pub(super) fn build(&self, cell_width: Option<f64>, mesh: Option<ImportedMesh>) -> Result<Snapshot, String> {
         let width = |extent: DVec3| cell_width.unwrap_or(extent.max_element() / CELLS);
         let text = |error: crate::scene::error::SceneError| error.to_string();
         match self {
@@ -120,8 +113,8 @@ impl ClaySource {
     }
 }
 
-/// A piece of clay with its lowest corner and its size, in a room that leaves as much space as it takes to every
-/// side and above: a hand that works clay spreads it.
+/// A piece of clay with its lowest corner and its size, in a room that leaves as much space as it takes to
+/// every side and above: a hand that works clay spreads it.
 fn roomy(body: Body, (low, size): (DVec3, DVec3), cell_width: f64) -> ClayScene {
     let mut scene = ClayScene::new(vec![body], cell_width);
     let extent = size.max_element();
@@ -150,7 +143,7 @@ fn replay(path: &Path) -> Result<Snapshot, String> {
 }
 
 /// What Bevy's mesh holds, in the clay's terms.
-fn imported(mesh: &Mesh) -> Result<ImportedMesh, String> {
+pub(super) fn imported(mesh: &Mesh) -> Result<ImportedMesh, String> {
     let fault = |error: &dyn std::fmt::Display| format!("the mesh: {error}");
     let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).map_err(|e| fault(&e))?;
     let corners: Vec<[Vec3; 3]> = if mesh.try_indices_option().map_err(|e| fault(&e))?.is_some() {
@@ -163,131 +156,4 @@ fn imported(mesh: &Mesh) -> Result<ImportedMesh, String> {
     // As many as there are indices, which are u32.
     let triangles: Vec<[u32; 3]> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     ImportedMesh::from_triangles(&positions, &triangles, "the mesh").map_err(|e| e.to_string())
-}
-
-/// What the engines of a clay start from.
-#[derive(Component, Default)]
-pub(super) struct Base {
-    /// What the next engine starts from; its address tells one start from another.
-    pub(super) snapshot: Option<Arc<Snapshot>>,
-    /// What the clay's source made: where it goes back to.
-    pub(super) start: Option<Arc<Snapshot>>,
-    /// The clay that was taken up last.
-    taken: Option<Clay>,
-    /// Whether it is still to be made: its mesh is not there yet.
-    is_waiting: bool,
-    making: Option<Task<Result<Snapshot, String>>>,
-    /// Volume of the start \[m^3\].
-    pub(super) rest_volume: f64,
-    /// Why there is no new clay.
-    pub(super) error: Option<String>,
-    /// The material that was put beside the clay, until somebody puts another one there.
-    material: Option<ClayMaterial>,
-}
-
-impl Base {
-    /// Takes up a clay that is new.
-    fn take_up(&mut self, clay: &Clay) {
-        if self.taken.as_ref() == Some(clay) {
-            return;
-        }
-        (self.taken, self.making, self.error) = (Some(clay.clone()), None, None);
-        match &clay.source {
-            ClaySource::Snapshot(saved) => self.begin(saved.0.clone()),
-            ClaySource::Mesh(_) => self.is_waiting = true,
-            source => self.make(source.clone(), clay.cell_width, None),
-        }
-    }
-
-    fn make(&mut self, source: ClaySource, cell_width: Option<f64>, mesh: Option<Mesh>) {
-        let make = async move {
-            let mesh = mesh.as_ref().map(imported).transpose()?;
-            source.build(cell_width, mesh)
-        };
-        self.making = Some(AsyncComputeTaskPool::get().spawn(make));
-        self.is_waiting = false;
-    }
-
-    /// Starts from `snapshot`.
-    fn begin(&mut self, snapshot: Arc<Snapshot>) {
-        self.rest_volume = snapshot.rest_volume();
-        self.start = Some(snapshot.clone());
-        self.snapshot = Some(snapshot);
-        (self.is_waiting, self.error) = (false, None);
-    }
-
-    /// The mesh that the clay waits for, once it is there.
-    fn await_mesh(&mut self, meshes: Option<&Assets<Mesh>>, assets: Option<&AssetServer>) {
-        let Some(Clay { source: source @ ClaySource::Mesh(handle), cell_width }) = &self.taken else { return };
-        if let Some(mesh) = meshes.and_then(|meshes| meshes.get(handle)) {
-            let (source, cell_width, mesh) = (source.clone(), *cell_width, mesh.clone());
-            self.make(source, cell_width, Some(mesh));
-        } else if let Some(LoadState::Failed(error)) = assets.and_then(|assets| assets.get_load_state(handle)) {
-            (self.is_waiting, self.error) = (false, Some(format!("the mesh: {error}")));
-        } else if meshes.is_none() {
-            (self.is_waiting, self.error) = (false, Some("the app has no meshes: it lacks MeshPlugin".into()));
-        }
-    }
-}
-
-/// Makes clay of sources. Without it no clay gets an engine.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SourcePlugin;
-
-impl Plugin for SourcePlugin {
-    fn build(&self, app: &mut App) {
-        let schedule = schedule(app);
-        app.register_required_components::<Clay, Base>();
-        app.add_observer(|gone: On<Remove, Clay>, mut commands: Commands| {
-            commands.entity(gone.entity).try_remove::<Base>();
-        });
-        app.add_systems(schedule, build.in_set(ClaySystems::Report).before(engine::start));
-    }
-}
-
-/// Clay that is new or on its way.
-type Sources<'a> = (Entity, Ref<'a, Clay>, &'a mut Base, Option<&'a mut ClayMaterial>);
-
-/// Takes up clay that is new, away from the main thread, and puts its material beside it unless the app has
-/// put another one there.
-pub(super) fn build(
-    mut clays: Query<Sources>,
-    (meshes, assets): (Option<Res<Assets<Mesh>>>, Option<Res<AssetServer>>),
-    mut commands: Commands,
-    held: Res<HeldTime>,
-) {
-    let _watch = held.watch();
-    for (entity, clay, mut base, material) in &mut clays {
-        let before = base.start.clone();
-        if clay.is_changed() {
-            base.take_up(&clay);
-        }
-        if base.is_waiting {
-            base.await_mesh(meshes.as_deref(), assets.as_deref());
-        }
-        if let Some(made) = base.making.as_mut().and_then(check_ready) {
-            base.making = None;
-            match made {
-                Ok(snapshot) => base.begin(Arc::new(snapshot)),
-                Err(error) => {
-                    error!("clay {entity}: {error}");
-                    base.error = Some(error);
-                }
-            }
-        }
-        let Some(start) = base.start.clone().filter(|start| before.is_none_or(|before| !Arc::ptr_eq(&before, start))) else {
-            continue;
-        };
-        match material {
-            None => {
-                commands.entity(entity).insert(start.material);
-                base.material = Some(start.material);
-            }
-            Some(mut material) if base.material == Some(*material) => {
-                material.set_if_neq(start.material);
-                base.material = Some(start.material);
-            }
-            Some(_) => base.material = None,
-        }
-    }
 }

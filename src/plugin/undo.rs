@@ -1,7 +1,5 @@
 //! Undo and redo of an app's clay: a state for each stroke, kept away from the main thread.
 
-use super::engine::ClayEngine;
-use super::ops::Ops;
 use crate::scene::history::History;
 use crate::sim::snapshot::Snapshot;
 use bevy::prelude::*;
@@ -12,7 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 const STROKE_GAP: f64 = 0.15;
 
 /// Keeps the clay as it stands after each stroke and change, for [`UndoClay`](super::events::UndoClay) and
-/// [`RedoClay`](super::events::RedoClay): put beside a [`Clay`](super::clay::Clay), it remembers from then on.
+/// [`RedoClay`](super::events::RedoClay): put beside a [`Clay`](super::clay::Clay), it remembers from then
+/// on.
 ///
 /// A stroke goes from the first touch of a tool to where no tool has touched the clay for 0.15 s. States are
 /// exact but for velocities, which are zero in clay that comes back: see [`History`].
@@ -81,6 +80,14 @@ impl ClayHistory {
         Kept { budget: self.budget, history: self.history.clone() }
     }
 
+    /// Says whether a tool touches the clay at `now` \[s\]; whether a stroke is over with that.
+    pub(super) fn touch(&mut self, is_touched: bool, now: f64) -> bool {
+        if is_touched {
+            self.touched = Some(now);
+        }
+        self.touched.take_if(|at| now - *at >= STROKE_GAP).is_some()
+    }
+
     /// Whether a stroke is under way; it is over with that.
     pub(super) fn end_stroke(&mut self) -> bool {
         self.touched.take().is_some()
@@ -119,20 +126,6 @@ impl Kept {
             redo_count: history.redo_count(),
             bytes: history.bytes(),
             evicted: history.evicted(),
-        }
-    }
-}
-
-/// Asks for the state after each stroke.
-pub(super) fn mark_strokes(mut clays: Query<(&mut ClayHistory, &mut Ops, &ClayEngine)>, real: Res<Time<Real>>) {
-    let now = real.elapsed_secs_f64();
-    for (mut history, mut ops, engine) in &mut clays {
-        let history = history.bypass_change_detection();
-        if engine.plans.felt.iter().any(|(_, tool)| tool.contacts + tool.tagged > 0) {
-            history.touched = Some(now);
-        } else if history.touched.is_some_and(|at| now - at >= STROKE_GAP) {
-            history.touched = None;
-            ops.record();
         }
     }
 }

@@ -124,9 +124,9 @@ struct Stretch {
 fn make_stretch(device: Res<RenderDevice>, assets: Res<AssetServer>, mut commands: Commands) {
     let entries = (texture_2d(TextureSampleType::Float { filterable: true }), sampler(SamplerBindingType::Filtering));
     let layout =
-        BindGroupLayoutDescriptor::new("clay screen", &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, entries));
+        BindGroupLayoutDescriptor::new("bevy_clay:screen", &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, entries));
     let sampler = device.create_sampler(&SamplerDescriptor {
-        label: Some("clay screen"),
+        label: Some("bevy_clay:screen"),
         mag_filter: FilterMode::Linear,
         min_filter: FilterMode::Linear,
         ..default()
@@ -139,7 +139,7 @@ impl Stretch {
     fn descriptor(&self, format: TextureFormat) -> RenderPipelineDescriptor {
         let target = ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL };
         RenderPipelineDescriptor {
-            label: Some("clay screen".into()),
+            label: Some("bevy_clay:screen".into()),
             layout: vec![self.layout.clone()],
             vertex: VertexState { shader: self.shader.clone(), entry_point: Some("vertex".into()), ..default() },
             fragment: Some(FragmentState {
@@ -184,12 +184,12 @@ fn stretch(
     let pipeline = stretch.pipelines.get(&target.main_texture_format()).and_then(|id| cache.get_render_pipeline(*id));
     let (Some(pipeline), Some(picture)) = (pipeline, images.get(&screen.picture)) else { return };
     let bindings = context.render_device().create_bind_group(
-        "clay screen",
+        "bevy_clay:screen",
         &cache.get_bind_group_layout(&stretch.layout),
         &BindGroupEntries::sequential((&picture.texture_view, &stretch.sampler)),
     );
     let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("clay screen"),
+        label: Some("bevy_clay:screen"),
         color_attachments: &[Some(target.get_color_attachment())],
         depth_stencil_attachment: None,
         timestamp_writes: None,

@@ -183,8 +183,8 @@ impl Planner {
         self.trails.seen(key)
     }
 
-    /// The key of the tool that plans and reports call `id`, from when it was put down to the report after the
-    /// last that has it.
+    /// The key of the tool that plans and reports call `id`, from when it was put down to the report after
+    /// the last that has it.
     pub fn tool_key(&self, id: u32) -> Option<u64> {
         self.trails.key(id)
     }
