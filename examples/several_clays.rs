@@ -1,4 +1,5 @@
-//! Several clays, each of its own stuff and place, and a tool that touches only one: `cargo demo several_clays`.
+//! Several clays, each of its own stuff and place, and a tool that touches only one: `cargo demo
+//! several_clays`.
 
 use bevy::prelude::*;
 use bevy_clay::prelude::*;

@@ -1,4 +1,5 @@
-//! Clay on a turntable: it turns below a tool that stands, and gravity still pulls down: `cargo demo turntable`.
+//! Clay on a turntable: it turns below a tool that stands, and gravity still pulls down: `cargo demo
+//! turntable`.
 
 use bevy::prelude::*;
 use bevy_clay::prelude::*;

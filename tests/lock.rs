@@ -37,8 +37,8 @@ fn planted_second_version_is_found() {
     assert_eq!(doubled(&(one + &package("glam", "0.34.2")), &ONCE), [r#"glam: ["0.32.1", "0.34.2"]"#]);
 }
 
-/// The app outside, which is built as a user would build it, is built of what is tested here: its own lock file
-/// adds to this one and changes nothing.
+/// The app outside, which is built as a user would build it, is built of what is tested here: its own lock
+/// file adds to this one and changes nothing.
 #[test]
 fn outside_app_has_the_versions_tested_here() {
     let read = |file: &str| std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file));

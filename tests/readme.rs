@@ -1,4 +1,5 @@
-//! The README's scene is a scene, its clay a clay, its app the one that is run. (Its Rust examples are doc tests.)
+//! The README's scene is a scene, its clay a clay, its app the one that is run. (Its Rust examples are doc
+//! tests.)
 
 use bevy_clay::prelude::*;
 use bevy_clay::scene::prelude::*;

@@ -1,5 +1,5 @@
-//! The clay that engines start from: made of its source away from the main thread, or put in its place by what is
-//! asked of it.
+//! The clay that engines start from: made of its source away from the main thread, or put in its place by
+//! what is asked of it.
 
 use super::clay::Clay;
 use super::held::HeldTime;

@@ -15,8 +15,8 @@ use glam::DVec3;
 pub struct ClayClock {
     /// Whether the clay's time stands.
     pub paused: bool,
-    /// Seconds of clay per second of the app: 0.1 is slow motion. The tools stay where the hand is, so that to
-    /// slow clay they are fast. Finite and not negative; 0 is a pause.
+    /// Seconds of clay per second of the app: 0.1 is slow motion. The tools stay where the hand is, so that
+    /// to slow clay they are fast. Finite and not negative; 0 is a pause.
     pub speed: f64,
 }
 

@@ -1,8 +1,8 @@
 //! What an app asks of a piece of clay, and what it is told: entity events.
 //!
-//! `commands.trigger(UndoClay { entity })` asks; an observer, of the entity or of the app, hears the answer. Each
-//! question has one: what was asked for, or a [`ClayTrouble`]. What changes the clay waits in line until what
-//! was asked for before is done.
+//! `commands.trigger(UndoClay { entity })` asks; an observer, of the entity or of the app, hears the answer.
+//! Each question has one: what was asked for, or a [`ClayTrouble`]. What changes the clay waits in line until
+//! what was asked for before is done.
 
 use super::status::ClayError;
 use crate::scene::export::ExportOptions;

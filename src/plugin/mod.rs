@@ -4,7 +4,7 @@
 //! | file            | takes                         | makes                                             |
 //! |-----------------|-------------------------------|---------------------------------------------------|
 //! | [`schedule`]    | -                             | [`ClaySystems`], in run order                     |
-//! | [`space`]       | an entity's transform         | [`ClaySpace`], between the clay's frame and the world |
+//! | [`space`]       | an entity's transform         | [`ClaySpace`], between it and the clay's frame    |
 //! | [`clock`]       | the schedule's clock          | [`ClayClock`], the clay's own, and gravity        |
 //! | [`status`]      | reports                       | [`ClayStatus`], [`ClayMetrics`], [`ClayError`]    |
 //! | [`clay`]        | what an app gives and gets    | [`Clay`], its settings and reports                |

@@ -11,8 +11,8 @@ pub enum ClaySystems {
     /// Engines that are ready take over, reports of frames that have ended come in:
     /// [`ClayReport`](super::clay::ClayReport) and [`ToolForce`](super::tool::ToolForce) are written here.
     Report,
-    /// The app moves its tools: systems that write a [`SculptTool`](super::tool::SculptTool), its transform or
-    /// its [`ToolTrail`](super::tool::ToolTrail) belong here. Empty otherwise.
+    /// The app moves its tools: systems that write a [`SculptTool`](super::tool::SculptTool), its transform
+    /// or its [`ToolTrail`](super::tool::ToolTrail) belong here. Empty otherwise.
     Tool,
     /// The next frame is planned from the clock and the tools and handed to the engine.
     Step,

@@ -81,8 +81,8 @@ pub struct ToolStatus {
 
 /// Poses of a [`SculptTool`] in the world by a clock that is faster than the app's: of a haptic arm at 1 kHz,
 /// of a headset. Whoever reads the device pushes them in
-/// [`ClaySystems::Tool`](super::schedule::ClaySystems::Tool); the next step drains them, and the clay sees all
-/// of the way.
+/// [`ClaySystems::Tool`](super::schedule::ClaySystems::Tool); the next step drains them, and the clay sees
+/// all of the way.
 ///
 /// The last of them is where the tool is now, until others come. Before the first one the entity's
 /// [`Transform`] is; after it that is for drawing alone, except for its scale.

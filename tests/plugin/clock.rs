@@ -69,8 +69,8 @@ fn tools_do_not_slash_through_clay_that_stood() {
 #[derive(Resource, Default)]
 struct Stands(bool);
 
-/// A clock at half speed is half as fast; one of a speed that cannot be is named, and the clay stands until it
-/// is mended.
+/// A clock at half speed is half as fast; one of a speed that cannot be is named, and the clay stands until
+/// it is mended.
 #[test]
 fn clock_of_the_clay_has_a_speed() {
     let mut app = app();

@@ -53,7 +53,8 @@ fn two_default_tools_press_at_once() {
     assert_eq!(force(&app, tools[0]), ToolForce::default());
 }
 
-/// A tool that cannot be is left out and says so, while the clay and the other tools go on; mended, it is back.
+/// A tool that cannot be is left out and says so, while the clay and the other tools go on; mended, it is
+/// back.
 #[test]
 fn faulty_tools_are_left_out_by_name() {
     let mut app = app();

@@ -1,5 +1,5 @@
-//! All names of the prelude beside those of Bevy with its default features and of avian: a name that two of them
-//! have does not compile where it is used.
+//! All names of the prelude beside those of Bevy with its default features and of avian: a name that two of
+//! them have does not compile where it is used.
 use avian3d::prelude::*;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
