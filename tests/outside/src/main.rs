@@ -26,19 +26,21 @@ fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: 
     commands.spawn((DirectionalLight::default(), Transform::from_xyz(1.0, 2.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y)));
 }
 
-/// The ball hovers where the pointer meets the clay, and goes in while the button is down.
+/// The ball is where the pointer meets the clay, and goes in while the button is down.
 fn hand(
     (window, buttons, time): (Single<&Window>, Res<ButtonInput<MouseButton>>, Res<Time>),
     eye: Single<(&Camera, &GlobalTransform)>,
     clay: Single<(&ClaySurface, &GlobalTransform)>,
-    mut ball: Single<&mut Transform, With<SculptTool>>,
+    ball: Single<(&mut Transform, &mut SculptTool)>,
 ) {
+    let (mut place, mut tool) = ball.into_inner();
+    tool.is_active = buttons.pressed(MouseButton::Left);
     let ray = window.cursor_position().and_then(|at| eye.0.viewport_to_world(eye.1, at).ok());
     let (Some(ray), Ok(space)) = (ray, ClaySpace::new(clay.1)) else { return };
     let Some(hit) = clay.0.cast(space.ray_to_clay(ray)) else { return };
-    let (depth, speed) = if buttons.pressed(MouseButton::Left) { (0.004, 0.05) } else { (-0.004, 1.0) };
+    let (depth, speed) = if tool.is_active { (0.004, 0.05) } else { (0.0, 1.0) };
     let goal = space.point_to_world(hit.point + (f64::from(RADIUS) - depth) * hit.normal.as_dvec3());
-    ball.translation = ball.translation.move_towards(goal, speed * time.delta_secs());
+    place.translation = place.translation.move_towards(goal, speed * time.delta_secs());
 }
 
 fn ask(keys: Res<ButtonInput<KeyCode>>, clay: Single<Entity, With<Clay>>, mut commands: Commands) {
