@@ -22,6 +22,7 @@
 //! | `step`        | clock, ways, material         | frame plans                                       |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
+//! | [`gizmos`]      | tools, forces, surface particles | lines over them, for those who look for what is wrong |
 //! | [`look`]        | a standard material           | one that looks like clay                          |
 //! | [`software`]    | cameras of windows            | fewer pixels, where a processor draws them        |
 //! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |
@@ -66,6 +67,7 @@ pub mod engine;
 mod entity;
 pub mod events;
 pub mod follow;
+pub mod gizmos;
 mod gpu;
 mod held;
 pub mod look;
@@ -113,6 +115,7 @@ pub mod prelude {
         ResampleClay, ResetClay, UndoClay,
     };
     pub use super::follow::MaterialFile;
+    pub use super::gizmos::{ClayGizmos, ClayGizmosPlugin};
     pub use super::look::{ClayLook, ClayLookMaterial, ClayLookPlugin};
     pub use super::material::NoAutoMaterial;
     pub use super::schedule::{ClaySystems, SchedulePlugin};

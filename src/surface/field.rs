@@ -146,7 +146,7 @@ pub(crate) struct SheetField {
 }
 
 /// The cuts at which a particle stands, and its side of each (1 front, -1 back).
-fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)> {
+pub(crate) fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)> {
     let [a, b, c, d] = particle.tags.to_le_bytes();
     // The size of a side is a counter of the engine's.
     let tags = [(a, b.cast_signed().signum()), (c, d.cast_signed().signum())];

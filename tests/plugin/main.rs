@@ -2,6 +2,7 @@
 
 mod clock;
 mod events;
+mod gizmos;
 mod sources;
 mod tools;
 
