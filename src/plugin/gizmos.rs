@@ -22,9 +22,9 @@ use std::time::{Duration, Instant};
 /// Blocks and cuts of a clay that changes are looked at anew this often.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
-/// What [`ClayGizmosPlugin`] draws, and in which colour; a kind without one is not drawn. All of it is switched
-/// by [`GizmoConfig::enabled`] of this group in the [`GizmoConfigStore`], and lies in front of all else unless
-/// [`GizmoConfig::depth_bias`] is changed.
+/// What [`ClayGizmosPlugin`] draws, and in which colour; a kind without one is not drawn. All of it is
+/// switched by [`GizmoConfig::enabled`] of this group in the [`GizmoConfigStore`], and lies in front of all
+/// else unless [`GizmoConfig::depth_bias`] is changed.
 #[derive(Clone, Debug, PartialEq, Reflect, GizmoConfigGroup)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 pub struct ClayGizmos {
@@ -61,8 +61,8 @@ impl Default for ClayGizmos {
 /// without the first is told so once and goes on. For pictures Bevy's feature `bevy_gizmos_render` has to be
 /// on.
 ///
-/// While blocks or cuts are drawn, the particles of clay that changes are gone through on another thread, four
-/// times a second at most.
+/// While blocks or cuts are drawn, the particles of clay that changes are gone through on another thread,
+/// four times a second at most.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClayGizmosPlugin;
 

@@ -22,7 +22,8 @@
 //! | `step`        | clock, ways, material         | frame plans                                       |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
-//! | [`gizmos`]      | tools, forces, surface particles | lines over them, for those who look for what is wrong |
+//! | [`gizmos`]      | tools, forces, surface particles | lines over them, for those who look for what is
+//! wrong |
 //! | [`look`]        | a standard material           | one that looks like clay                          |
 //! | [`software`]    | cameras of windows            | fewer pixels, where a processor draws them        |
 //! | [`diagnostics`] | status                        | Bevy diagnostics under `clay/`                    |

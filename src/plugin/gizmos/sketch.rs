@@ -58,9 +58,9 @@ fn blocks(source: &SurfaceSource) -> Vec<Line> {
 /// A sheet, whether its front is meant, and a cube of cells.
 type Cube = (u8, bool, [i32; 3]);
 
-/// Nets through the particles at both sides of each cut: a node for those of each cube of 2^3 cells, which are
-/// about as deep as a cut is kept on either side, or of larger ones where there are too many, joined with those
-/// beside it.
+/// Nets through the particles at both sides of each cut: a node for those of each cube of 2^3 cells, which
+/// are about as deep as a cut is kept on either side, or of larger ones where there are too many, joined with
+/// those beside it.
 fn cuts(source: &SurfaceSource) -> Vec<CutSide> {
     let mut width = 2;
     let mut nodes = nodes(source, width);
