@@ -19,7 +19,8 @@ finish() {
     local status=$?
     [ -z "${outside:-}" ] || rm -rf "$outside"
     printf '\n%s' "$table"
-    if [ "$status" -eq 0 ]; then
+    # A run that was killed may have no status of its own.
+    if [ "$status" -eq 0 ] && [ "$current" = end ]; then
         printf '== all checks passed in %d s; results in %s\n' "$SECONDS" "$results"
     else
         printf '== FAILED in "%s" after %d s\n' "$current" "$SECONDS" >&2
@@ -181,3 +182,4 @@ section "docs without Bevy" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --n
 # Of the examples too: without them Cargo chooses features of common crates for which all that Bevy brings would be compiled once more.
 section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps "${with_bevy[@]}" --features reference --lib --examples
 section "package and an app outside" package
+current=end

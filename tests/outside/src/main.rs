@@ -26,7 +26,7 @@ fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut colours: 
     commands.spawn((DirectionalLight::default(), Transform::from_xyz(1.0, 2.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y)));
 }
 
-/// The ball is where the pointer meets the clay, and goes in while the button is down.
+/// The ball hovers where the pointer meets the clay, and goes in while the button is down.
 fn hand(
     (window, buttons, time): (Single<&Window>, Res<ButtonInput<MouseButton>>, Res<Time>),
     eye: Single<(&Camera, &GlobalTransform)>,
@@ -34,11 +34,12 @@ fn hand(
     ball: Single<(&mut Transform, &mut SculptTool)>,
 ) {
     let (mut place, mut tool) = ball.into_inner();
-    tool.is_active = buttons.pressed(MouseButton::Left);
+    tool.is_active = false;
     let ray = window.cursor_position().and_then(|at| eye.0.viewport_to_world(eye.1, at).ok());
     let (Some(ray), Ok(space)) = (ray, ClaySpace::new(clay.1)) else { return };
     let Some(hit) = clay.0.cast(space.ray_to_clay(ray)) else { return };
-    let (depth, speed) = if tool.is_active { (0.004, 0.05) } else { (0.0, 1.0) };
+    tool.is_active = true;
+    let (depth, speed) = if buttons.pressed(MouseButton::Left) { (0.004, 0.05) } else { (-0.004, 1.0) };
     let goal = space.point_to_world(hit.point + (f64::from(RADIUS) - depth) * hit.normal.as_dvec3());
     place.translation = place.translation.move_towards(goal, speed * time.delta_secs());
 }
