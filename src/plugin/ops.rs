@@ -129,21 +129,21 @@ type Asked<'a> = (Entity, &'a mut Ops, &'a Base, &'a ClayEngine, Option<&'a mut 
 fn begin(mut clays: Query<Asked, With<Clay>>, mut commands: Commands, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, mut ops, base, engine, history) in &mut clays {
-        let Some((now, start)) = base.snapshot.as_ref().zip(base.start.as_ref()).filter(|(now, _)| engine.runs(now)) else {
-            continue;
-        };
+        let runs = base.snapshot.as_ref().is_some_and(|now| engine.runs(now));
+        let Some(start) = base.start.as_ref().filter(|_| runs) else { continue };
         if ops.under_way.is_some() || ops.change.is_some() {
             continue;
         }
         let mut history = history;
-        // A history begins with the clay as it is loaded.
+        // A history begins with the clay as it stands when it comes, and anew with another clay.
         if let Some(history) = &history
-            && ops.start.as_ref().is_none_or(|kept| !Arc::ptr_eq(kept, start))
+            && (history.bytes() == 0 || ops.start.as_ref().is_none_or(|kept| !Arc::ptr_eq(kept, start)))
+            && let Ok(state) = engine.request_state()
         {
             ops.start = Some(start.clone());
-            let (kept, state) = (history.shared(), now.clone());
+            let kept = history.shared();
             let task = AsyncComputeTaskPool::get().spawn(async move {
-                kept.begin((*state).clone());
+                kept.begin(state.await.map_err(|e| e.to_string())?());
                 Ok(Done { new: None, extent: Some(kept.extent()) })
             });
             ops.under_way = Some((start.clone(), task));
@@ -176,6 +176,11 @@ impl Work {
         let Self { op, state, is_mid_stroke, start, kept } = self;
         let now = state.await.map_err(|e| e.to_string())?();
         let cell_width = now.domain.cell_width;
+        // A stroke that is cut off by what is asked for is one all the same, whatever comes of that.
+        let is_kept = is_mid_stroke && op != Op::Record;
+        if let Some(kept) = kept.as_ref().filter(|_| is_kept) {
+            kept.states().record(now.clone());
+        }
         let new = match op {
             Op::Record => {
                 kept.iter().for_each(|kept| kept.states().record(now.clone()));
@@ -184,10 +189,8 @@ impl Work {
             Op::Undo | Op::Redo => {
                 let kept = kept.as_ref().ok_or("it has no ClayHistory")?;
                 let mut states = kept.states();
-                match (is_mid_stroke, op) {
-                    (true, _) => states.record(now),
-                    (false, Op::Undo) => states.amend(now).map_err(|e| e.to_string())?,
-                    _ => {}
+                if op == Op::Undo && !is_kept {
+                    states.amend(now).map_err(|e| e.to_string())?;
                 }
                 let there = if op == Op::Undo { states.undo() } else { states.redo() };
                 let there = there.map_err(|e| e.to_string())?.ok_or_else(|| format!("nothing to {}", name(op)))?;
@@ -205,9 +208,7 @@ impl Work {
                 };
                 if let Some(kept) = &kept {
                     let mut states = kept.states();
-                    if is_mid_stroke {
-                        states.record(now);
-                    } else {
+                    if !is_kept {
                         states.amend(now).map_err(|e| e.to_string())?;
                     }
                     states.record(new.clone());

@@ -96,6 +96,20 @@ fn strokes_are_undone_and_redone_to_the_bit() {
     assert!(status(&app, clay).error.is_none());
 }
 
+/// A history that comes late remembers the clay as it stood then, not as it was loaded.
+#[test]
+fn late_history_begins_with_the_clay_as_it_stands() {
+    let mut app = listening();
+    let (clay, tool) = clay_and_tool(&mut app);
+    stroke(&mut app, clay, tool, 0);
+    let pressed = bits(&app, clay);
+    app.world_mut().entity_mut(clay).remove::<ClayHistory>().insert(ClayHistory::default());
+    settle(&mut app, "a history", |world| world.get::<ClayHistory>(clay).is_some_and(|history| history.bytes() > 0));
+    stroke(&mut app, clay, tool, 1);
+    ask(&mut app, "Undone(0)", |world| world.trigger(UndoClay { entity: clay }));
+    assert!(bits(&app, clay) == pressed);
+}
+
 /// Material and grid are undone with the shape.
 #[test]
 fn undo_covers_material_and_grid() {
