@@ -55,3 +55,25 @@ fn outside_app_has_the_versions_tested_here() {
     let missing: Vec<_> = versions(&here, &shared).into_iter().filter(|package| !there.contains(package)).collect();
     assert!(missing.is_empty(), "not in tests/outside/Cargo.lock: {missing:?}");
 }
+
+/// Crates of Bevy that a build of both packages draws in, those for tests, benches and examples too.
+fn bevy_crates(features: &[&str]) -> Vec<String> {
+    let tree =
+        ["tree", "--offline", "--locked", "--no-default-features", "--edges", "all", "--target", "all", "--prefix", "none"];
+    let output =
+        std::process::Command::new(env!("CARGO")).args(tree).args(features).current_dir(env!("CARGO_MANIFEST_DIR")).output();
+    let output = output.expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8(output.stdout).expect("text");
+    let names: Vec<_> = lines.lines().filter_map(|line| line.split(' ').next()).collect();
+    assert!(names.contains(&"wgpu") && names.contains(&"proptest"), "the check reads the tree: {names:?}");
+    let bevy = names.into_iter().filter(|name| *name == "bevy" || name.starts_with("bevy_") && *name != "bevy_clay");
+    bevy.map(str::to_string).collect()
+}
+
+/// Whoever wants the solver without Bevy gets no crate of it, in tests and examples neither.
+#[test]
+fn builds_without_bevy_have_no_crate_of_it() {
+    assert_eq!(bevy_crates(&[]), Vec::<String>::new());
+    assert!(!bevy_crates(&["--features", "bevy_clay/bevy"]).is_empty(), "the check finds them where they are");
+}

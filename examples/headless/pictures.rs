@@ -137,8 +137,12 @@ fn step(
         let steel = StandardMaterial { base_color: Color::srgb(0.35, 0.45, 0.6), perceptual_roughness: 0.4, ..default() };
         let steel = colours.add(StandardMaterial { cull_mode: None, double_sided: true, ..steel });
         for (shape, pose) in &moment.tools {
+            let Some(mesh) = tool(shape) else {
+                warn!("no picture of a {shape:?}");
+                continue;
+            };
             let place = Transform::from_translation(pose.position.as_vec3()).with_rotation(pose.rotation.as_quat());
-            commands.spawn((Passing, Mesh3d(meshes.add(tool(shape))), MeshMaterial3d(steel.clone()), place));
+            commands.spawn((Passing, Mesh3d(meshes.add(mesh)), MeshMaterial3d(steel.clone()), place));
         }
     } else if show.frame >= FRAMES_BEFORE && !show.is_taken {
         let file = show.files[show.index].clone();
@@ -152,8 +156,9 @@ fn step(
     show.frame += 1;
 }
 
-fn tool(shape: &ToolShape) -> Mesh {
-    match *shape {
+/// The mesh of a tool, for the shapes that this program knows.
+fn tool(shape: &ToolShape) -> Option<Mesh> {
+    Some(match *shape {
         ToolShape::Sphere { radius } => {
             Sphere::new(radius as f32).mesh().ico(5).unwrap_or_else(|_| Sphere::new(radius as f32).into())
         }
@@ -170,7 +175,8 @@ fn tool(shape: &ToolShape) -> Mesh {
         // Bevy's cone stands on its flat end.
         ToolShape::Cone { radius, half_height } => Mesh::from(Cone { radius: radius as f32, height: 2.0 * half_height as f32 })
             .rotated_by(Quat::from_rotation_x(std::f32::consts::PI)),
-    }
+        _ => return None,
+    })
 }
 
 /// Radius at which a wire, which has none, is drawn \[m\].

@@ -24,7 +24,7 @@ pub const SUBSTEPS: DiagnosticPath = DiagnosticPath::const_new("clay/substeps");
 pub const RATE: DiagnosticPath = DiagnosticPath::const_new("clay/rate");
 /// Wall time of the last surfaces \[ms\], on other threads.
 pub const MESH: DiagnosticPath = DiagnosticPath::const_new("clay/mesh");
-/// Longest time that a system of the plugin held the main thread in the last second \[ms\].
+/// Most processor time that the plugin's systems took of a frame of the app in the last second \[ms\].
 pub const MAIN_THREAD: DiagnosticPath = DiagnosticPath::const_new("clay/main_thread");
 
 /// Registers and measures. Without it there are no diagnostics of clay; [`ClayStatus`] has the same numbers.

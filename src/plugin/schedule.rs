@@ -1,6 +1,6 @@
 //! When the clay's systems run.
 
-use super::held::HeldTime;
+use super::held::{HeldTime, end_frame};
 use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 use bevy::prelude::*;
 
@@ -57,6 +57,7 @@ impl Plugin for SchedulePlugin {
         app.init_resource::<HeldTime>()
             .insert_resource(Chosen(self.schedule))
             .configure_sets(self.schedule, (Report, Tool, Step).chain())
-            .configure_sets(Update, Show.after(Step));
+            .configure_sets(Update, Show.after(Step))
+            .add_systems(Last, end_frame);
     }
 }

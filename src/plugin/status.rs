@@ -97,7 +97,8 @@ pub struct ClayMetrics {
     pub mesh_ms: f64,
     /// Triangles shown: of the surface, and of the balls that stand for particles outside of it.
     pub triangle_count: usize,
-    /// Longest time \[ms\] that a system of the plugin held the main thread in the last second.
+    /// Most processor time \[ms\] that the plugin's systems together took of a frame of the app in the last
+    /// second.
     pub main_thread_ms: f64,
 }
 

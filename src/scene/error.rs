@@ -5,6 +5,7 @@ use crate::sim::params::ParamsError;
 /// Why a scene cannot be read or built. Every message is one line that names the file and, where there is
 /// one, the line, column and field.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file that cannot be read.
     #[error("{file}: {error}")]

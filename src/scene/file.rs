@@ -41,6 +41,7 @@ const FRAMES_MAX: f64 = 1e6;
 /// A piece of clay. Pieces may overlap: what they share counts once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Body {
     /// A block.
     Box {
@@ -98,6 +99,7 @@ pub struct MeshBody {
 
 /// Where material parameters come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum MaterialChoice {
     /// A named clay.
     Preset(Preset),

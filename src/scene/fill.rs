@@ -44,6 +44,7 @@ pub struct FilledPoint {
 
 /// What filling found.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FillReport {
     /// Particles made.
     pub particle_count: usize,

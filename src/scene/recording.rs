@@ -97,6 +97,7 @@ impl Event {
 
 /// What is wrong with a recording.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordingError {
     /// A file that cannot be read or written.
     #[error("{file}: {error}")]

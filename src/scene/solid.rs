@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// A solid in the world, in metres.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Solid {
     /// A block.
     Box {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The method by which blades part the clay. All but the first stand here for comparison, on the native
 /// engine and the oracle only, and know no wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum CuttingMethod {
     /// Sides taken by the swept blade and kept when it leaves; a velocity for each side at a node, and
     /// contact between them.

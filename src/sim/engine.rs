@@ -18,6 +18,7 @@ pub type Deferred<T> = Box<dyn FnOnce() -> T + Send>;
 
 /// Why an engine refused a call.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum EngineError {
     /// A parameter of the snapshot or plan.
     #[error(transparent)]

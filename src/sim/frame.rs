@@ -51,6 +51,7 @@ pub struct FramePlan {
 
 /// How substeps are integrated in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Integrator {
     /// Symplectic Euler, stable below [`ClayMaterial::time_step_limit`].
     Explicit {
@@ -219,6 +220,7 @@ impl FramePlan {
 
 /// What a tool felt in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ToolReport {
     /// The path's id.
     pub id: u32,
@@ -270,6 +272,7 @@ pub struct Timings {
 
 /// What came of one plan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FrameReport {
     /// The plan's id.
     pub plan_id: u64,

@@ -80,6 +80,7 @@ impl Weld {
 /// What a tool or the working of clay does to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum ClayLaw {
     /// The yield stress near a tool is `sY (1 - s zeta(d))`, zeta of Eq. 5. The elastic law does not know the
     /// tool.
@@ -174,6 +175,7 @@ fn one() -> f64 {
 /// clay costs substeps and adds under 10 % to shallow forces (slip-line indentation, rigidity index 33
 /// against 100). What each number rests on: docs/EVIDENCE.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Preset {
     /// 8 kPa yield: worked pottery clay.
     SoftClay,

@@ -26,6 +26,7 @@ pub const WALL_TOUCH: f64 = 1e-4;
 
 /// What stands at one face of the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Wall {
     /// Frictionless mirror: normal velocity reversed in the nodes beyond it, zero on the wall (second order;
     /// clamped walls do not converge).
@@ -68,6 +69,7 @@ pub struct Domain {
 /// A parameter that cannot be used, by name.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{name} = {value}: {reason}")]
+#[non_exhaustive]
 pub struct ParamsError {
     /// The parameter.
     pub name: &'static str,

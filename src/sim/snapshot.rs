@@ -127,6 +127,7 @@ pub struct Snapshot {
 
 /// Why a snapshot's bytes could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SnapshotError {
     /// Not a snapshot file.
     #[error("not a clay snapshot: the first 8 bytes are not `bevyclay`")]

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use egui_plot::{Line, Plot, PlotPoints};
 
-/// Time \[ms\] that clay may hold the main thread.
+/// Processor time \[ms\] that clay may take of a frame.
 const MAIN_THREAD_MS_MAX: f64 = 2.0;
 
 /// What the window reads.
@@ -74,7 +74,7 @@ fn rows(ui: &mut egui::Ui, (_, status, metrics, clock): (Entity, &ClayStatus, &C
     row(ui, "surface", "Wall time of the last surface, on another thread.", surface);
     let held = egui::RichText::new(format!("{:.2} ms", metrics.main_thread_ms));
     let held = if metrics.main_thread_ms > MAIN_THREAD_MS_MAX { held.color(ui.visuals().warn_fg_color) } else { held };
-    row(ui, "main thread", "Longest time that a system of the clay held the app in the last second.", held);
+    row(ui, "main thread", "Most processor time that the systems of all clay took of a frame in the last second.", held);
     let first = status.rest_volume;
     let change = if first > 0.0 && metrics.volume > 0.0 { 100.0 * (metrics.volume / first - 1.0) } else { 0.0 };
     let volume = format!("{:.2} cm³ ({change:+.2} %)", metrics.volume * 1e6);

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 /// Why a file was not written, in one line that names it.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExportError {
     /// The extension names no format that can be written.
     #[error("{}: unknown file extension; known: {known}", named(path))]

@@ -37,6 +37,7 @@ pub const PARTICLES: &str = "particles.ply";
 
 /// Mesh file formats that can be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ExportFormat {
     /// Binary STL, mm.
     #[default]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 /// What an export did.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ExportReport {
     /// What [`print_ready`](crate::surface::stitch::print_ready) repaired.
     pub repairs: Repairs,
@@ -21,6 +22,7 @@ pub struct ExportReport {
 
 /// A body as it was written.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct BodyReport {
     /// Volume [m^3], its cavities taken off.
     pub volume: f64,

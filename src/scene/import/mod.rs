@@ -17,6 +17,7 @@ use std::path::Path;
 
 /// Mesh file formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MeshFormat {
     /// Wavefront OBJ: vertices and faces; everything else is skipped.
     Obj,

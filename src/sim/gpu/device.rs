@@ -10,6 +10,7 @@ pub(super) const STORAGE_BUFFERS: u32 = 8;
 
 /// Why a device cannot run clay.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// No adapter answers.
     #[error("no graphics adapter: {0}")]

@@ -18,6 +18,7 @@ pub const CUT_FRICTION: f64 = 0.5;
 /// How a tool's surface acts on the clay it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Contact {
     /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be
     /// needed to take it along.

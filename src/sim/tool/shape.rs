@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(clippy::large_enum_variant, reason = "copied a few times a frame; what holds it stays `Copy`")]
+#[non_exhaustive]
 pub enum ToolShape {
     /// A ball about the origin.
     Sphere {
