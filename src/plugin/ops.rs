@@ -190,7 +190,7 @@ impl Work {
                 let kept = kept.as_ref().ok_or("it has no ClayHistory")?;
                 let mut states = kept.states();
                 if op == Op::Undo && !is_kept {
-                    states.amend(now).map_err(|e| e.to_string())?;
+                    states.amend(now);
                 }
                 let there = if op == Op::Undo { states.undo() } else { states.redo() };
                 let there = there.map_err(|e| e.to_string())?.ok_or_else(|| format!("nothing to {}", name(op)))?;
@@ -209,7 +209,7 @@ impl Work {
                 if let Some(kept) = &kept {
                     let mut states = kept.states();
                     if !is_kept {
-                        states.amend(now).map_err(|e| e.to_string())?;
+                        states.amend(now);
                     }
                     states.record(new.clone());
                 }

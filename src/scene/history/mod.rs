@@ -1,8 +1,7 @@
 //! Undo and redo, stroke by stroke, exact to the bit.
 //!
-//! A history keeps the clay as it stood at the end of each stroke, within a budget of bytes: the present
-//! state plain, each other one packed beside its neighbour towards the present, of which it needs about half
-//! the bits.
+//! A history keeps the clay as it stood at the end of each stroke, each state packed to about half of its
+//! bytes, within a budget.
 //!
 //! A state is all that the clay goes on from: grid, walls, material, time, and the particles with their
 //! places, strains, plastic strain, structure, volumes, ids and sides of cuts. It comes back with the same
@@ -37,7 +36,6 @@ mod state;
 
 use crate::sim::snapshot::Snapshot;
 use pack::Packed;
-use state::State;
 use std::collections::VecDeque;
 use std::io;
 
@@ -52,11 +50,10 @@ pub struct HistoryError(#[source] io::Error);
 #[derive(Debug)]
 pub struct History {
     budget: usize,
-    present: Option<State>,
-    /// States before the present one, the oldest first, each packed beside the one after it.
-    past: VecDeque<Packed>,
-    /// States after it, the newest first, each packed beside the one before it.
-    future: VecDeque<Packed>,
+    /// The oldest first.
+    states: VecDeque<Packed>,
+    /// Which of them is the present one, if there are any.
+    present: usize,
     evicted: u64,
 }
 
@@ -66,43 +63,25 @@ impl History {
 
     /// A history without states, which takes no more than `budget` bytes.
     pub fn new(budget: usize) -> Self {
-        Self { budget, present: None, past: VecDeque::new(), future: VecDeque::new(), evicted: 0 }
+        Self { budget, states: VecDeque::new(), present: 0, evicted: 0 }
     }
 
     /// Takes in the clay as it stands now that a stroke has ended, and where it becomes another otherwise:
     /// as loaded, on another grid, without offcuts. It is the present state; those that were undone are
     /// forgotten.
     pub fn record(&mut self, state: Snapshot) {
-        let state = State::of(state);
-        self.future.clear();
-        if let Some(before) = self.present.take() {
-            self.past.push_back(Packed::beside(&state, &before));
-        }
-        self.present = Some(state);
+        self.states.truncate(self.present + 1);
+        self.states.push_back(Packed::of(state));
+        self.present = self.states.len() - 1;
         self.evict();
     }
 
     /// Takes the clay as it stands in place of the present state, from which it has come: it may have settled
     /// since. Before an undo, redo then leads back to it. Without a present state there is nothing to amend.
-    ///
-    /// # Errors
-    /// A state beside it that cannot be unpacked.
-    pub fn amend(&mut self, now: Snapshot) -> Result<(), HistoryError> {
-        let Some(present) = &self.present else { return Ok(()) };
-        let now = State::of(now);
-        // One after the other, so that no more than one more state is there plain; nothing is changed before
-        // both are known to be sound.
-        let beside_now = |neighbour: Option<&Packed>| {
-            neighbour.map(|packed| packed.unpack(present).map(|state| Packed::beside(&now, &state))).transpose()
-        };
-        let before = beside_now(self.past.back()).map_err(HistoryError)?;
-        let after = beside_now(self.future.back()).map_err(HistoryError)?;
-        for (side, packed) in [(&mut self.past, before), (&mut self.future, after)] {
-            side.iter_mut().next_back().zip(packed).into_iter().for_each(|(old, packed)| *old = packed);
-        }
-        self.present = Some(now);
+    pub fn amend(&mut self, now: Snapshot) {
+        let Some(present) = self.states.get_mut(self.present) else { return };
+        *present = Packed::of(now);
         self.evict();
-        Ok(())
     }
 
     /// Goes back to the state before the present one, if there is one.
@@ -110,7 +89,7 @@ impl History {
     /// # Errors
     /// A state that cannot be unpacked.
     pub fn undo(&mut self) -> Result<Option<Snapshot>, HistoryError> {
-        self.step(Way::Back)
+        self.present.checked_sub(1).map_or(Ok(None), |before| self.go(before))
     }
 
     /// Goes on to the state after the present one, if it was undone.
@@ -118,43 +97,29 @@ impl History {
     /// # Errors
     /// A state that cannot be unpacked.
     pub fn redo(&mut self) -> Result<Option<Snapshot>, HistoryError> {
-        self.step(Way::On)
+        self.go(self.present + 1)
     }
 
-    fn step(&mut self, way: Way) -> Result<Option<Snapshot>, HistoryError> {
-        let (from, to) = match way {
-            Way::Back => (&mut self.past, &mut self.future),
-            Way::On => (&mut self.future, &mut self.past),
-        };
-        let (Some(here), Some(packed)) = (&self.present, from.pop_back()) else { return Ok(None) };
-        let there = match packed.unpack(here) {
-            Ok(there) => there,
-            Err(error) => {
-                from.push_back(packed);
-                return Err(HistoryError(error));
-            }
-        };
-        to.push_back(packed.turned(here, &there));
-        let snapshot = there.snapshot();
-        self.present = Some(there);
-        self.evict();
-        Ok(Some(snapshot))
+    fn go(&mut self, to: usize) -> Result<Option<Snapshot>, HistoryError> {
+        let Some(packed) = self.states.get(to) else { return Ok(None) };
+        let state = packed.unpack().map_err(HistoryError)?;
+        self.present = to;
+        Ok(Some(state))
     }
 
     /// How many states can be undone.
     pub fn undo_count(&self) -> usize {
-        self.past.len()
+        self.present
     }
 
     /// How many states can be redone.
     pub fn redo_count(&self) -> usize {
-        self.future.len()
+        self.states.len().saturating_sub(self.present + 1)
     }
 
     /// Memory that the states take \[bytes\].
     pub fn bytes(&self) -> usize {
-        let packed: usize = self.past.iter().chain(&self.future).map(Packed::size).sum();
-        self.present.as_ref().map_or(0, State::size) + packed
+        self.states.iter().map(Packed::size).sum()
     }
 
     /// Memory that they may take \[bytes\].
@@ -177,19 +142,13 @@ impl History {
     /// present one stays, though it alone were beyond the budget: then there is no undo.
     fn evict(&mut self) {
         let mut bytes = self.bytes();
-        while bytes > self.budget {
-            let Some(packed) = self.past.pop_front().or_else(|| self.future.pop_front()) else { break };
-            bytes -= packed.size();
+        while bytes > self.budget && self.states.len() > 1 {
+            let gone = if self.present > 0 { self.states.pop_front() } else { self.states.pop_back() };
+            self.present = self.present.saturating_sub(1);
             self.evicted += 1;
+            bytes -= gone.as_ref().map_or(0, Packed::size);
         }
     }
-}
-
-/// Where a step leads.
-#[derive(Clone, Copy)]
-enum Way {
-    Back,
-    On,
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-//! A state packed beside its neighbour: what differs, deflated.
+//! A state in less memory: its columns, deflated.
 //!
-//! Of a stroke most particles move a little and few move far. A number's bits are taken against those of the
-//! same particle in the neighbour (exclusive or), so that what they agree in is 0: sign, exponent and the
-//! first digits; the first bytes of all, the second bytes of all, ... stand together. What is left are the
-//! digits that did change. After strokes that sway all of the clay these are as many as a state by itself has
-//! (30 of 68 bytes a particle, either way); where clay moves by less than its digits reach, they are fewer.
+//! The low byte of all numbers of a column stands before the next byte of all, so that what particles have
+//! in common, sign, exponent and first digits, stands together: 31 of 68 bytes a particle are left after
+//! strokes of a ball. Taken against the same particle's numbers in the state before, they are as many:
+//! strokes sway all of the clay by more than the last digits.
 
 use super::state::State;
 use crate::sim::snapshot::Snapshot;
@@ -19,7 +18,7 @@ const BYTES: usize = 4;
 /// level more 1 % fewer bytes and a tenth more time: there is hardly anything but digits.
 const LEVEL: Compression = Compression::new(2);
 
-/// A state that can be unpacked beside the state that it was packed beside, and no other.
+/// A packed state.
 #[derive(Debug)]
 pub(super) struct Packed {
     head: Snapshot,
@@ -29,61 +28,49 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    /// Packs `state` beside `neighbour`.
-    pub(super) fn beside(neighbour: &State, state: &State) -> Self {
-        let count = state.ids.len();
+    /// Packs the state of `snapshot`, whose memory is given back.
+    pub(super) fn of(snapshot: Snapshot) -> Self {
+        let State { head, ids, words } = State::of(snapshot);
+        let count = ids.len();
         let mut out = DeflateEncoder::new(vec![], LEVEL);
         let mut planes = vec![0; BYTES * count];
-        let mut write = |words: &mut dyn Iterator<Item = u32>| {
-            split(words, &mut planes);
+        let mut write = |column: &[u32]| {
+            split(column, &mut planes);
             // Memory takes whatever is written; were it not so, it could not be unpacked, which is told.
             let _ = out.write_all(&planes);
         };
         let mut next = 0u32;
-        write(&mut state.ids.iter().map(|id| id.wrapping_sub(std::mem::replace(&mut next, id.wrapping_add(1)))));
-        let partners = partners(neighbour, &state.head, &state.ids);
-        for (column, beside) in state.columns().zip(columns_of(neighbour)) {
-            write(&mut column.iter().zip(&partners).map(|(word, partner)| word ^ partner.map_or(0, |i| beside[i as usize])));
-        }
+        let jumps: Vec<u32> = ids.iter().map(|id| id.wrapping_sub(std::mem::replace(&mut next, id.wrapping_add(1)))).collect();
+        write(&jumps);
+        // Clay without particles has no columns: no chunk may be empty.
+        words.chunks_exact(count.max(1)).for_each(write);
         let mut planes = out.finish().unwrap_or_default();
         planes.shrink_to_fit();
-        Self { head: Snapshot { particles: vec![], ..state.head }, count, planes }
+        Self { head, count, planes }
     }
 
-    /// The state again, beside the same neighbour.
+    /// The state again.
     ///
     /// # Errors
-    /// Bytes that are not what [`Self::beside`] made.
-    pub(super) fn unpack(&self, neighbour: &State) -> io::Result<State> {
+    /// Bytes that are not what [`Self::of`] made.
+    pub(super) fn unpack(&self) -> io::Result<Snapshot> {
         let mut input = DeflateDecoder::new(&*self.planes);
         let mut planes = vec![0; BYTES * self.count];
+        let mut read = |column: &mut [u32]| {
+            input.read_exact(&mut planes)?;
+            join(&planes, column);
+            Ok::<_, io::Error>(())
+        };
         let mut ids = vec![0; self.count];
-        input.read_exact(&mut planes)?;
-        join(&planes, &mut ids);
+        read(&mut ids)?;
         let mut next = 0u32;
         for id in &mut ids {
             *id = id.wrapping_add(next);
             next = id.wrapping_add(1);
         }
-        let mut state = State::with(Snapshot { particles: vec![], ..self.head }, ids);
-        let partners = partners(neighbour, &state.head, &state.ids);
-        for (column, beside) in state.columns_mut().zip(columns_of(neighbour)) {
-            input.read_exact(&mut planes)?;
-            join(&planes, column);
-            for (word, partner) in column.iter_mut().zip(&partners) {
-                *word ^= partner.map_or(0, |i| beside[i as usize]);
-            }
-        }
-        Ok(state)
-    }
-
-    /// Of two neighbours, `here` and `there`, of which `there` is packed in this one: `here` in its stead.
-    /// What differs is the same seen from either side, as long as the particles are the same.
-    pub(super) fn turned(self, here: &State, there: &State) -> Self {
-        if here.head.domain != there.head.domain || here.ids != there.ids {
-            return Self::beside(there, here);
-        }
-        Self { head: Snapshot { particles: vec![], ..here.head }, ..self }
+        let mut state = State::blank(&self.head, ids);
+        state.words.chunks_exact_mut(self.count.max(1)).try_for_each(read)?;
+        Ok(state.snapshot())
     }
 
     /// Memory it takes \[bytes\].
@@ -92,29 +79,10 @@ impl Packed {
     }
 }
 
-/// The neighbour's columns, empty ones where it has no particles.
-fn columns_of(neighbour: &State) -> impl Iterator<Item = &[u32]> {
-    neighbour.columns().chain(std::iter::repeat(&[][..]))
-}
-
-/// Where in `neighbour` the particle of each id is; nowhere on another grid, where it has another cell and
-/// most likely no more than its id in common.
-fn partners(neighbour: &State, head: &Snapshot, ids: &[u32]) -> Vec<Option<u32>> {
-    if neighbour.head.domain != head.domain {
-        return vec![None; ids.len()];
-    }
-    let mut others = (0..).zip(&neighbour.ids).peekable();
-    let partner = |id: &u32| {
-        while others.next_if(|(_, other)| *other < id).is_some() {}
-        others.next_if(|(_, other)| *other == id).map(|(i, _)| i)
-    };
-    ids.iter().map(partner).collect()
-}
-
 /// Splits words into planes: the low byte of each, then the next of each.
-fn split(words: &mut dyn Iterator<Item = u32>, planes: &mut [u8]) {
-    let count = planes.len() / BYTES;
-    for (i, word) in words.enumerate() {
+fn split(words: &[u32], planes: &mut [u8]) {
+    let count = words.len();
+    for (i, word) in words.iter().enumerate() {
         word.to_le_bytes().iter().enumerate().for_each(|(plane, byte)| planes[plane * count + i] = *byte);
     }
 }

@@ -15,18 +15,17 @@ pub(super) struct State {
     /// Ids, rising.
     pub(super) ids: Vec<u32>,
     /// What else there is of the particles, word by word: the first word of each, the second of each, ...
-    words: Vec<u32>,
+    pub(super) words: Vec<u32>,
 }
 
 impl State {
     /// The state of `snapshot`, whose memory is given back. Particles of one id stay in their order.
     pub(super) fn of(snapshot: Snapshot) -> Self {
-        let head = head(&snapshot);
-        let particles = snapshot.particles;
+        let particles = &snapshot.particles;
         // The place as the lower half: a sort of plain numbers that keeps the order of equal ids.
-        let mut order: Vec<u64> = (0..).zip(&particles).map(|(place, p)| u64::from(p.id) << 32 | place).collect();
+        let mut order: Vec<u64> = (0..).zip(particles).map(|(place, p)| u64::from(p.id) << 32 | place).collect();
         order.sort_unstable();
-        let mut state = Self::with(head, order.iter().map(|key| (key >> 32) as u32).collect());
+        let mut state = Self::blank(&snapshot, order.iter().map(|key| (key >> 32) as u32).collect());
         let count = particles.len();
         for (i, key) in order.iter().enumerate() {
             let words = words_of(&particles[(key & u64::from(u32::MAX)) as usize]);
@@ -36,33 +35,16 @@ impl State {
     }
 
     /// A state of these ids whose columns are to be filled.
-    pub(super) fn with(head: Snapshot, ids: Vec<u32>) -> Self {
+    pub(super) fn blank(of: &Snapshot, ids: Vec<u32>) -> Self {
         let words = vec![0; WORDS * ids.len()];
-        Self { head, ids, words }
-    }
-
-    /// The columns, each as long as there are particles.
-    pub(super) fn columns(&self) -> impl Iterator<Item = &[u32]> {
-        // Clay without particles has no columns: no chunk may be empty.
-        self.words.chunks_exact(self.ids.len().max(1))
-    }
-
-    /// The columns, to be filled.
-    pub(super) fn columns_mut(&mut self) -> impl Iterator<Item = &mut [u32]> {
-        self.words.chunks_exact_mut(self.ids.len().max(1))
+        Self { head: head(of), ids, words }
     }
 
     /// The clay for an engine to load.
-    pub(super) fn snapshot(&self) -> Snapshot {
-        let count = self.ids.len();
-        let word = |i: usize| move |column: usize| self.words[column * count + i];
-        let particle = |(i, id): (usize, &u32)| particle_of(*id, std::array::from_fn(word(i)));
-        Snapshot { particles: self.ids.iter().enumerate().map(particle).collect(), ..head(&self.head) }
-    }
-
-    /// Memory it takes \[bytes\].
-    pub(super) fn size(&self) -> usize {
-        size_of::<Self>() + size_of::<u32>() * (self.ids.len() + self.words.len())
+    pub(super) fn snapshot(self) -> Snapshot {
+        let Self { head, ids, words } = self;
+        let particle = |(i, id): (usize, &u32)| particle_of(*id, std::array::from_fn(|column| words[column * ids.len() + i]));
+        Snapshot { particles: ids.iter().enumerate().map(particle).collect(), ..head }
     }
 }
 

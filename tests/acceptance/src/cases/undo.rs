@@ -115,7 +115,6 @@ pub fn history(size: Size) -> Vec<Row> {
     let mut states = vec![canonical(start.clone())];
     let mut history = History::new(History::BUDGET_DEFAULT);
     history.record(start);
-    let plain = history.bytes();
     let [mut record, mut settled, mut undo, mut redo] = [const { Times(vec![]) }; 4];
     for _ in 0..count {
         strokes.stroke();
@@ -129,7 +128,11 @@ pub fn history(size: Size) -> Vec<Row> {
     states[count] = canonical(now.clone());
     let mut wrong = 0;
     let mut judge = |state: Option<Snapshot>, at: usize| wrong += u32::from(state.map(canonical) != Some(states[at]));
-    judge(settled.of(|| history.amend(now).and_then(|()| history.undo())).expect("sound memory"), count - 1);
+    let undone = settled.of(|| {
+        history.amend(now);
+        history.undo()
+    });
+    judge(undone.expect("sound memory"), count - 1);
     for at in (0..count - 1).rev() {
         judge(undo.of(|| history.undo()).expect("sound memory"), at);
     }
@@ -142,7 +145,7 @@ pub fn history(size: Size) -> Vec<Row> {
         Row::at_most(name("states that come back otherwise"), f64::from(wrong), "states", 0.0),
         Row::at_most(name("evicted"), history.evicted() as f64, "strokes", 0.0),
         Row::at_most(name("kept"), bytes as f64 / f64::from(1 << 20), "MiB", (History::BUDGET_DEFAULT >> 20) as f64),
-        Row::figure(name("a stroke"), (bytes - plain) as f64 / count as f64, "bytes"),
+        Row::figure(name("a state"), bytes as f64 / (count + 1) as f64, "bytes"),
         time("a record", &record),
         time("an amendment and an undo", &settled),
         time("an undo", &undo),
