@@ -95,6 +95,7 @@ pub use draw::DrawPlugin;
 pub use engine::EnginePlugin;
 pub use follow::FollowPlugin;
 pub use gpu::GpuPlugin;
+pub use look::LookPlugin;
 pub use ops::OpsPlugin;
 pub use recover::RecoverPlugin;
 pub use reflect::ReflectPlugin;
@@ -117,7 +118,7 @@ pub mod prelude {
     };
     pub use super::follow::MaterialFile;
     pub use super::gizmos::{ClayGizmos, ClayGizmosPlugin};
-    pub use super::look::{ClayLook, ClayLookMaterial, ClayLookPlugin};
+    pub use super::look::{ClayLook, ClayLookMaterial};
     pub use super::material::NoAutoMaterial;
     pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
@@ -130,8 +131,8 @@ pub mod prelude {
 }
 
 /// Everything the crate adds to a Bevy app. Needs Bevy's `TimePlugin` and `TaskPoolPlugin`, which
-/// `MinimalPlugins` and `DefaultPlugins` hold; shows meshes where the app has them, with standard materials
-/// where it has those.
+/// `MinimalPlugins` and `DefaultPlugins` hold; shows meshes where the app has them, in a material that looks
+/// like clay where it has standard materials.
 ///
 /// Each plugin of the group may be disabled, `ClayPlugins.build().disable::<RecoverPlugin>()`, and says what
 /// goes missing with it; only [`SchedulePlugin`] has to stay.
@@ -162,6 +163,7 @@ impl PluginGroup for ClayPlugins {
             .add(StepPlugin)
             .add(ShowPlugin)
             .add(DrawPlugin)
+            .add(LookPlugin)
             .add(DiagnosticsPlugin)
     }
 }

@@ -4,8 +4,8 @@ use super::{check, cube, plugins, settle};
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 use bevy_clay::plugin::{
-    DiagnosticsPlugin, DrawPlugin, EnginePlugin, FollowPlugin, GpuPlugin, OpsPlugin, RecoverPlugin, ReflectPlugin, ReportPlugin,
-    ShowPlugin, SourcePlugin, StepPlugin,
+    DiagnosticsPlugin, DrawPlugin, EnginePlugin, FollowPlugin, GpuPlugin, LookPlugin, OpsPlugin, RecoverPlugin, ReflectPlugin,
+    ReportPlugin, ShowPlugin, SourcePlugin, StepPlugin,
 };
 use bevy_clay::prelude::*;
 use libtest_mimic::Failed;
@@ -13,7 +13,7 @@ use libtest_mimic::Failed;
 type Disable = fn(PluginGroupBuilder) -> PluginGroupBuilder;
 
 /// All but the one that the others cannot do without.
-const EACH: [(&str, Disable); 12] = [
+const EACH: [(&str, Disable); 13] = [
     ("ReflectPlugin", |group| group.disable::<ReflectPlugin>()),
     ("SourcePlugin", |group| group.disable::<SourcePlugin>()),
     ("OpsPlugin", |group| group.disable::<OpsPlugin>()),
@@ -25,6 +25,7 @@ const EACH: [(&str, Disable); 12] = [
     ("StepPlugin", |group| group.disable::<StepPlugin>()),
     ("ShowPlugin", |group| group.disable::<ShowPlugin>()),
     ("DrawPlugin", |group| group.disable::<DrawPlugin>()),
+    ("LookPlugin", |group| group.disable::<LookPlugin>()),
     ("DiagnosticsPlugin", |group| group.disable::<DiagnosticsPlugin>()),
 ];
 
@@ -50,6 +51,8 @@ pub(super) fn any_plugin_may_be_disabled() -> Result<(), Failed> {
         for _ in 0..10 {
             app.update();
         }
+        let plain = clays.map(|clay| app.world().entity(clay).contains::<MeshMaterial3d<StandardMaterial>>());
+        check(plain == [name == "LookPlugin"; 2], format!("without {name} the clays are plain: {plain:?}"))?;
         let engine = |i: usize| app.world().get::<ClayEngine>(clays[i]).map(ClayEngine::describe).unwrap_or_default();
         let is_on_device = engine(1).starts_with("GPU");
         let is_expected = !["EnginePlugin", "SourcePlugin", "GpuPlugin"].contains(&name);

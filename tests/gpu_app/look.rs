@@ -11,7 +11,6 @@ use libtest_mimic::Failed;
 /// An app that draws clay into an image, with the look; the clay has what `material` inserts.
 fn app_with(material: impl Bundle) -> Result<(App, Entity), Failed> {
     let mut app = app_in_step();
-    app.add_plugins(ClayLookPlugin);
     let world = app.world_mut();
     let picture = Image::new_target_texture(64, 64, wgpu::TextureFormat::Rgba8UnormSrgb, None);
     let picture = world.resource_mut::<Assets<Image>>().add(picture);

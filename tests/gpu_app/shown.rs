@@ -47,7 +47,7 @@ pub(super) fn clay_has_one_material() -> Result<(), Failed> {
         let is_shown = |world: &World| [dressed, plain].iter().all(|e| has::<Mesh3d>(world, *e));
         settle(&mut app, "the surfaces", is_shown)?;
         pass(&mut app);
-        let own = |app: &App, entity| has::<MeshMaterial3d<StandardMaterial>>(app.world(), entity);
+        let own = |app: &App, entity| has::<MeshMaterial3d<ClayLookMaterial>>(app.world(), entity);
         check(!own(&app, dressed), format!("{surface:?}: clay with the app's material is drawn with the plugin's too"))?;
         check(own(&app, plain), format!("{surface:?}: clay without a material is not drawn"))?;
         app.world_mut().entity_mut(plain).insert(striped.clone());
@@ -61,6 +61,7 @@ pub(super) fn clay_has_one_material() -> Result<(), Failed> {
         pass(&mut app);
         let now = app.world().get::<MeshMaterial3d<StandardMaterial>>(plain).map(|m| m.0.clone());
         check(now == Some(blue), format!("{surface:?}: the app's standard material is {now:?}"))?;
+        check(!own(&app, plain), format!("{surface:?}: the plugin's material stays beside the app's standard one"))?;
     }
     Ok(())
 }
@@ -134,12 +135,12 @@ pub(super) fn quality_off_takes_the_mesh_away() -> Result<(), Failed> {
             has::<Mesh3d>(world, clay),
             has::<Aabb>(world, clay),
             has::<NoAutoAabb>(world, clay),
-            has::<MeshMaterial3d<StandardMaterial>>(world, clay),
+            has::<MeshMaterial3d<ClayLookMaterial>>(world, clay),
             has::<ClaySurface>(world, clay),
         ];
         check(left == [false; 5], format!("{surface:?}: mesh, bounds, bounds by hand, material, surface: {left:?}"))?;
         app.world_mut().get_mut::<ClaySettings>(clay).ok_or("settings")?.mesh = MeshQuality::Fine;
-        settle(&mut app, "the surface again", |world| has::<MeshMaterial3d<StandardMaterial>>(world, clay))?;
+        settle(&mut app, "the surface again", |world| has::<MeshMaterial3d<ClayLookMaterial>>(world, clay))?;
     }
     Ok(())
 }
