@@ -120,8 +120,8 @@ run_windows() {
     local small=(examples/*.rs)
     small=("${small[@]%.rs}")
     timeout 1800 bash scripts/examples.sh "$results/examples" "${small[@]/#examples/$examples}"
-    in_window "$examples/sculpt" --script --frames 3000 --screenshot "$results/sculpt.png"
-    for bad in "--frames 0" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
+    in_window "$examples/sculpt" --check --script --frames 3000 --screenshot "$results/sculpt.png"
+    for bad in "--check --frames 0" "--script" "--check --screenshot no.png" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
         status=0
         # shellcheck disable=SC2086 # a word or two
         DISPLAY=${DISPLAY:-:0} "$examples/sculpt" $bad >"$results/stdout" 2>"$results/stderr" || status=$?
@@ -175,7 +175,7 @@ section "doc tests without Bevy" run_tests core-doc --no-default-features --doc 
 section "programs" run_programs
 section "validate, quick" validate
 section "lints with Bevy" cargo clippy --quiet "${with_bevy[@]}" --all-targets -- -D warnings
-section "tests with Bevy" run_tests bevy "${with_bevy[@]}" --lib --test plugin --test gpu_app --example gallery -- --quiet
+section "tests with Bevy" run_tests bevy "${with_bevy[@]}" --lib --test plugin --test gpu_app --example gallery --example sculpt -- --quiet
 section "examples with Bevy" run_windows
 section "doc tests with Bevy" run_tests bevy-doc "${with_bevy[@]}" --doc -- --quiet
 section "docs without Bevy" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps --no-default-features --lib --examples

@@ -48,7 +48,7 @@ picture() { pause 1 && import -window root -depth 8 "$out/$1.png"; }
 number_in() { sed -E "s/.*$2 ([0-9.]+).*/\1/" <<<"$1"; }
 is_more() { awk "BEGIN { exit !($1 > $2) }"; }
 
-"$sculpt" --out "$out" --engine native >"$out/log" 2>&1 &
+"$sculpt" --check --out "$out" --engine native >"$out/log" 2>&1 &
 app=$!
 await "the clay is shown" >/dev/null
 # There is no window manager to give the window the keyboard.

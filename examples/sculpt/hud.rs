@@ -1,19 +1,58 @@
-//! Keys, the bar of tools, and the help.
+//! egui beside the clay's own panels: the bar of tools, the help, and the camera that they are drawn by.
 
-use crate::args::Args;
+use crate::hand::{DEPTHS, Hand, SIZES, ToolKind};
 use crate::pace::Pace;
-use crate::stroke::Work;
-use crate::tools::{DEPTHS, Hand, SIZES, ToolKind};
-use crate::watch::Watch;
+use crate::stroke::Stroke;
+use crate::view::Orbit;
+use bevy::input::common_conditions::input_just_pressed;
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use bevy_clay::prelude::*;
-use bevy_clay::scene::export::free_file;
-use bevy_egui::input::EguiWantsInput;
-use bevy_egui::{EguiContexts, egui};
+use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPrimaryContextPass, PrimaryEguiContext, egui};
+use wgpu::DeviceType;
+
+/// Draws the bar and the help; gives one camera the panels.
+pub(crate) struct HudPlugin;
+
+impl Plugin for HudPlugin {
+    fn build(&self, app: &mut App) {
+        let toggle = toggle_help.run_if(input_just_pressed(KeyCode::KeyH)).run_if(not(egui_wants_any_keyboard_input));
+        app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
+            .init_resource::<Help>()
+            .add_observer(put_on_view)
+            .add_observer(put_on_screen)
+            .add_systems(Update, toggle)
+            .add_systems(EguiPrimaryContextPass, (bar, help).chain());
+    }
+}
+
+/// The first view has the panels, unless a processor draws.
+fn put_on_view(
+    view: On<Add, Orbit>,
+    adapter: Res<RenderAdapterInfo>,
+    panels: Query<(), With<PrimaryEguiContext>>,
+    mut commands: Commands,
+) {
+    if adapter.device_type != DeviceType::Cpu && panels.is_empty() {
+        commands.entity(view.entity).insert(PrimaryEguiContext);
+    }
+}
+
+/// Where a processor draws, the panels stand over the small picture, in the window's own pixels.
+fn put_on_screen(screen: On<Add, ScreenCamera>, panels: Query<(), With<PrimaryEguiContext>>, mut commands: Commands) {
+    if panels.is_empty() {
+        commands.entity(screen.entity).insert(PrimaryEguiContext);
+    }
+}
 
 /// Whether the help is open.
 #[derive(Resource, Default)]
-pub(crate) struct Help(bool);
+struct Help(bool);
+
+fn toggle_help(mut help: ResMut<Help>) {
+    help.0 = !help.0;
+}
 
 /// What the keys and the mouse do.
 const CONTROLS: [(&str, &str); 13] = [
@@ -32,76 +71,18 @@ const CONTROLS: [(&str, &str); 13] = [
     ("H, Esc", "this help, quit"),
 ];
 
-/// What keys change.
-type KeysOf<'a> = (Res<'a, ButtonInput<KeyCode>>, Res<'a, EguiWantsInput>);
-
-/// Keys.
-pub(crate) fn keys(
-    (keys, egui): KeysOf,
-    clay: Single<(Entity, &mut ClayClock), With<Clay>>,
-    work: Res<Work>,
-    (mut hand, mut help, mut watch): (ResMut<Hand>, ResMut<Help>, ResMut<Watch>),
-    args: Res<Args>,
-    mut commands: Commands,
-) {
-    const STEP: f32 = 1.15;
-    if egui.wants_keyboard_input() {
-        return;
-    }
-    let (entity, mut clock) = clay.into_inner();
-    let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
-    for (key, kind) in digits.into_iter().zip(ToolKind::ALL) {
-        // The tool in the clay stays what it is until it is lifted.
-        if keys.just_pressed(key) && work.stroke.is_none() {
-            hand.kind = kind;
-        }
-    }
-    let is_shifted = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-    if keys.just_pressed(KeyCode::BracketRight) || (keys.just_pressed(KeyCode::KeyB) && !is_shifted) {
-        hand.resize(STEP);
-    }
-    if keys.just_pressed(KeyCode::BracketLeft) || (keys.just_pressed(KeyCode::KeyB) && is_shifted) {
-        hand.resize(1.0 / STEP);
-    }
-    let is_control = keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]);
-    if work.stroke.is_none() && (keys.just_pressed(KeyCode::KeyU) || (is_control && keys.just_pressed(KeyCode::KeyZ))) {
-        commands.trigger(UndoClay { entity });
-    }
-    if work.stroke.is_none() && is_control && keys.just_pressed(KeyCode::KeyY) {
-        commands.trigger(RedoClay { entity });
-    }
-    if keys.just_pressed(KeyCode::Space) {
-        clock.paused = !clock.paused;
-    }
-    if keys.just_pressed(KeyCode::KeyR) {
-        commands.trigger(ResetClay { entity });
-    }
-    if keys.just_pressed(KeyCode::KeyE) {
-        match free_file(&args.out, ExportFormat::default()) {
-            Ok(path) => commands.trigger(ExportClay { entity, path, options: ExportOptions::default() }),
-            Err(error) => warn!("{error}"),
-        }
-    }
-    if keys.just_pressed(KeyCode::KeyH) {
-        help.0 = !help.0;
-    }
-    if keys.just_pressed(KeyCode::Escape) {
-        watch.is_over = true;
-    }
-}
-
 /// The bar of tools.
-pub(crate) fn bar(
+fn bar(
     mut contexts: EguiContexts,
     (mut hand, mut help): (ResMut<Hand>, ResMut<Help>),
-    (work, pace, watch): (Res<Work>, Res<Pace>, Res<Watch>),
+    (stroke, pace): (Option<Res<Stroke>>, Res<Pace>),
     clay: Single<&ClayClock>,
 ) {
     let Ok(ctx) = contexts.ctx_mut() else { return };
     let frame = egui::Window::new("tools").title_bar(false).resizable(false).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
     frame.show(ctx, |ui| {
         ui.horizontal(|ui| {
-            ui.add_enabled_ui(work.stroke.is_none(), |ui| {
+            ui.add_enabled_ui(stroke.is_none(), |ui| {
                 for (number, kind) in (1..).zip(ToolKind::ALL) {
                     ui.selectable_value(&mut hand.bypass_change_detection().kind, kind, format!("{number} {}", kind.name()))
                         .on_hover_text(kind.hover());
@@ -124,13 +105,12 @@ pub(crate) fn bar(
             (_, true) => "the clay is at rest",
             _ => "the clay moves",
         };
-        let answer = watch.answers.last().map_or(String::new(), |ms| format!(", answered in {ms:.0} ms"));
-        ui.label(format!("left button presses, right button turns, wheel zooms, H for help; {state}{answer}"));
+        ui.label(format!("left button presses, right button turns, wheel zooms, H for help; {state}"));
     });
 }
 
 /// The help.
-pub(crate) fn help(mut contexts: EguiContexts, mut help: ResMut<Help>) {
+fn help(mut contexts: EguiContexts, mut help: ResMut<Help>) {
     let Ok(ctx) = contexts.ctx_mut() else { return };
     egui::Window::new("Help").open(&mut help.0).resizable(false).anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(
         ctx,

@@ -1,55 +1,49 @@
-//! Sculpts clay in a window: `cargo demo sculpt [-- --scene FILE --clay FILE --engine
-//! auto|native|gpu --surface auto|cpu|gpu --frames N --script --screenshot FILE --out DIR]`.
+//! Sculpts clay in a window: `cargo demo sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu
+//! --surface auto|cpu|gpu --out DIR]`. Each module is a plugin:
 //!
-//! | file     | does                                              |
-//! |----------|---------------------------------------------------|
-//! | `args`   | the command line, the clay to start with          |
-//! | `stage`  | board, lights, camera                             |
-//! | `pick`   | where the pointer's ray meets the clay            |
-//! | `tools`  | the tools: shapes, poses, looks                   |
-//! | `stroke` | from pointer to tool                              |
-//! | `pace`   | how fast the clay's time goes                     |
-//! | `hud`    | keys, bar of tools, help                          |
-//! | `script` | a stroke without a mouse                          |
-//! | `watch`  | answers, what strokes left behind, the last check |
-//! | `say`    | lines for the terminal; as in `headless`          |
+//! | file      | shows                                                                     |
+//! |-----------|---------------------------------------------------------------------------|
+//! | `args`    | the command line                                                          |
+//! | `start`   | clay from a scene file, settings that suit the machine                    |
+//! | `stage`   | a board and lights that suit things of a few centimetres                  |
+//! | `view`    | a camera that the mouse turns, moves and zooms                            |
+//! | `pointer` | which camera the pointer is in, and where its ray meets the clay          |
+//! | `hand`    | what the hand holds, chosen by keys and the wheel                         |
+//! | `tools`   | a tool's entity: shape, look, force; where the clay has it in slow motion |
+//! | `stroke`  | a tool that is moved no faster than the clay can follow                   |
+//! | `pace`    | the clay's own clock: slow motion where the machine is slow, rest         |
+//! | `keys`    | undo, redo, reset, export, pause                                          |
+//! | `hud`     | egui beside the clay's own panels                                         |
+//! | `check`   | for tests alone: strokes without a mouse, figures, pictures (`--check`)   |
+//! | `say`     | lines for the terminal; as in `headless`                                  |
 //!
-//! Exit code 2: bad arguments or scene, in one line; 1: the check at the end failed; 0: all is well.
+//! Exit code 2: bad arguments or scene, in one line; 1: a check failed; 0: all is well.
 
 mod args;
+mod check;
+mod hand;
 mod hud;
+mod keys;
 mod pace;
-mod pick;
+mod pointer;
 #[path = "../headless/say.rs"]
 mod say;
-mod script;
 mod stage;
+mod start;
 mod stroke;
 mod tools;
-mod watch;
+mod view;
 
-use args::{Args, Start};
+use args::Args;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::renderer::RenderAdapterInfo;
 use bevy::window::WindowResolution;
 use bevy_clay::prelude::*;
-use bevy_egui::{EguiGlobalSettings, EguiPrimaryContextPass, PrimaryEguiContext};
-use glam::DVec3;
-use wgpu::DeviceType;
-
-/// Softening of the clay about a tool: with it a hand leaves marks where it presses and not beside.
-const SOFTENING: f64 = 0.5;
-/// Length of the clay's ball over a unit of the tools.
-const UNITS: f32 = 4.0;
+use start::Start;
 
 fn main() -> AppExit {
-    let prepared = Args::read().and_then(|args| {
-        display()?;
-        let start = args.start()?;
-        Ok((args, start))
-    });
-    let (args, start) = match prepared {
+    let prepared = Args::read().and_then(|args| Ok((Start::load(&args)?, args)));
+    let (start, args) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => {
             say::error(&error);
@@ -58,121 +52,14 @@ fn main() -> AppExit {
     };
     let window = Window { title: "bevy_clay".into(), resolution: WindowResolution::new(1280, 800), ..default() };
     let log = LogPlugin { filter: "warn,bevy_clay=info".into(), ..default() };
-    let is_scripted = args.script;
     let mut app = App::new();
     app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }).set(log))
         .add_plugins((ClayPlugins, SoftwareDrawingPlugin, ClayPanelPlugin { export_folder: args.out.clone() }))
-        .insert_resource(ClearColor(stage::BACKGROUND))
-        .insert_resource(args)
-        .insert_resource(start)
-        .init_resource::<tools::Hand>()
-        .init_resource::<stroke::Pointer>()
-        .init_resource::<stroke::Work>()
-        .init_resource::<pace::Pace>()
-        .init_resource::<hud::Help>()
-        .init_resource::<script::Script>()
-        .init_resource::<watch::Watch>()
-        .add_message::<stroke::StrokeNews>()
-        .add_systems(Startup, (set_up, tools::spawn))
-        .add_systems(Update, (hud::keys, stage::orbit).chain().before(ClaySystems::Report))
-        .add_systems(
-            Update,
-            (tools::shape, stroke::point, stroke::work, pace::keep, pace::draw).chain().in_set(ClaySystems::Tool),
-        )
-        .add_systems(
-            Update,
-            (tools::tint, tools::late, watch::count, watch::measure, watch::end).chain().after(ClaySystems::Show),
-        )
-        .add_systems(EguiPrimaryContextPass, (hud::bar, hud::help).chain())
-        .add_observer(set_panels);
-    // The camera with the panels is chosen by hand.
-    app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
-    if is_scripted {
-        app.add_systems(Update, script::play.before(stroke::point).in_set(ClaySystems::Tool));
+        .add_plugins((start::StartPlugin(start), stage::StagePlugin, view::ViewPlugin, pointer::PointerPlugin))
+        .add_plugins((hand::HandPlugin, tools::ToolPlugin, stroke::StrokePlugin, pace::PacePlugin))
+        .add_plugins((keys::KeysPlugin { export_folder: args.out }, hud::HudPlugin));
+    if args.check.is_on {
+        app.add_plugins(check::CheckPlugin(args.check));
     }
     app.run()
-}
-
-/// Whether a window can be opened at all.
-fn display() -> Result<(), String> {
-    let is_set = std::env::var_os("DISPLAY").is_some_and(|value| !value.is_empty());
-    if cfg!(target_os = "linux") && !is_set {
-        return Err("there is no display (DISPLAY is not set); `xvfb-run` makes one, the example `headless` needs none".into());
-    }
-    Ok(())
-}
-
-/// Puts the clay on the table.
-fn set_up(
-    (args, start, adapter): (Res<Args>, Res<Start>, Res<RenderAdapterInfo>),
-    mut commands: Commands,
-    (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
-    (mut hand, mut notice): (ResMut<tools::Hand>, ResMut<ClayNotice>),
-    mut exit: MessageWriter<AppExit>,
-) {
-    let draws_fast = adapter.device_type != DeviceType::Cpu;
-    let is_fast = draws_fast && !matches!(args.engine, args::EngineArg::Native);
-    start.warnings().iter().for_each(|w| watch::say(&format!("warning: {w}")));
-    let snapshot = match start.snapshot(is_fast) {
-        Ok(snapshot) => snapshot,
-        Err(error) => {
-            say::error(&error);
-            exit.write(AppExit::from_code(2));
-            return;
-        }
-    };
-    let ball = ball(&snapshot);
-    hand.unit = ball.1 / UNITS;
-    let floor = snapshot.domain.corners().0.y as f32;
-    let eye = stage::set(&mut commands, &mut meshes, &mut materials, ball, floor);
-    if draws_fast {
-        commands.entity(eye).insert(PrimaryEguiContext);
-    }
-    let inertia = if is_fast { InertiaScaling::Off } else { InertiaScaling::Fast };
-    let line = if is_fast {
-        format!("{} particles; drawn by {}", snapshot.particles.len(), adapter.name)
-    } else {
-        format!(
-            "no graphics processor for the clay ({}): {} particles, inertia scaled, slow motion, so that it answers",
-            adapter.name,
-            snapshot.particles.len()
-        )
-    };
-    watch::say(&line);
-    notice.text = line;
-    let material = start.material(SOFTENING);
-    let settings = ClaySettings { engine: args.engine.into(), inertia, surface: args.surface.into(), ..default() };
-    let look = StandardMaterial {
-        base_color: Color::srgb(0.58, 0.42, 0.34),
-        perceptual_roughness: 0.88,
-        reflectance: 0.25,
-        ..default()
-    };
-    let mut clay = commands.spawn((
-        Name::new("clay"),
-        Clay::snapshot(snapshot),
-        material,
-        settings,
-        ClayHistory::default(),
-        MeshMaterial3d(materials.add(look)),
-    ));
-    if let Some(file) = &args.clay {
-        clay.insert(MaterialFile::new(file));
-    }
-}
-
-/// Where a processor draws, the panels stand over the small picture, in the window's own pixels.
-fn set_panels(screen: On<Add, ScreenCamera>, mut commands: Commands) {
-    commands.entity(screen.entity).insert(PrimaryEguiContext);
-}
-
-/// Middle and half the diagonal of the box of the particles \[m\].
-fn ball(snapshot: &Snapshot) -> (Vec3, f32) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = snapshot
-        .particles
-        .iter()
-        .map(|p| snapshot.domain.to_world(p.grid()))
-        .fold(none, |(low, high), at| (low.min(at), high.max(at)));
-    ((low + high).as_vec3() / 2.0, (high - low).length() as f32 / 2.0)
 }

@@ -1,12 +1,11 @@
-//! How fast the clay's time goes: as fast as the clock where the engine keeps up, else so slow that each
+//! How fast the clay's time goes: as fast as the app's where the engine keeps up, else so slow that each
 //! frame ends soon, and not at all at rest.
 //!
-//! On a slow machine a second of clay takes many seconds; planned at
-//! full speed, two long frames would be under way whenever a tool is pressed, and the answer would wait for
-//! them. Slowed, each frame of the window has a short frame of clay to itself.
+//! On a slow machine a second of clay takes many seconds; planned at full speed, two long frames would be
+//! under way whenever a tool is pressed, and the answer would wait for them. Slowed, each frame of the window
+//! has a short frame of clay to itself.
 
-use crate::args::Args;
-use crate::stroke::Work;
+use crate::stroke::{Stroke, work};
 use bevy::prelude::*;
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_clay::prelude::*;
@@ -24,6 +23,15 @@ const REST_SPEED: f64 = 0.01;
 /// Frames that clay is at rest before its clock stops.
 const REST_FRAMES: u32 = 6;
 
+/// Sets the clay's clock, and how often the window is drawn.
+pub(crate) struct PacePlugin;
+
+impl Plugin for PacePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Pace>().add_systems(Update, (keep, draw).chain().after(work).in_set(ClaySystems::Tool));
+    }
+}
+
 /// The clock's state.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct Pace {
@@ -34,36 +42,25 @@ pub(crate) struct Pace {
     /// Slows the clock while frames pile up, whatever the engine says they cost, by as many halvings.
     brake: f64,
     still: u32,
+    /// Whether the clay's clock stands because nothing moves.
     pub(crate) is_at_rest: bool,
-}
-
-/// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not
-/// drawn leaves its time to the clay.
-pub(crate) fn draw(args: Res<Args>, pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
-    const RESTING: Duration = Duration::from_millis(100);
-    // A run of so many frames is to end.
-    let is_lazy = pace.is_at_rest && args.frames.is_none() && !args.script;
-    let mode = if is_lazy { UpdateMode::reactive(RESTING) } else { UpdateMode::Continuous };
-    if winit.focused_mode != mode {
-        *winit = WinitSettings { focused_mode: mode, unfocused_mode: mode };
-    }
 }
 
 /// What makes clay that rests go on.
 type Stirred = Or<(Changed<ClayMaterial>, Changed<ClaySettings>, Changed<Clay>)>;
 
 /// Sets the clock from the last reports.
-pub(crate) fn keep(
+fn keep(
     mut reports: MessageReader<ClayReport>,
     stirred: Query<(), (With<Clay>, Stirred)>,
     (status, engine, mut clock): (Single<&ClayStatus>, Query<&ClayEngine>, Single<&mut ClayClock>),
-    work: Res<Work>,
+    stroke: Option<Res<Stroke>>,
     mut pace: ResMut<Pace>,
     real: Res<Time<Real>>,
 ) {
     const SMOOTH: f64 = 0.3;
     pace.frame += (real.delta_secs_f64().min(0.5) - pace.frame) * SMOOTH;
-    if work.stroke.is_some() || !stirred.is_empty() {
+    if stroke.is_some() || !stirred.is_empty() {
         pace.still = 0;
     }
     for ClayReport { report, .. } in reports.read() {
@@ -85,5 +82,15 @@ pub(crate) fn keep(
     let wanted = if pace.is_at_rest { 0.0 } else { speed };
     if (clock.speed - wanted).abs() > 0.02 * clock.speed.min(wanted) {
         clock.speed = wanted;
+    }
+}
+
+/// Draws the window as often as it can while the clay moves, and for input alone while it rests: what is not
+/// drawn leaves its time to the clay.
+fn draw(pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
+    const RESTING: Duration = Duration::from_millis(100);
+    let mode = if pace.is_at_rest { UpdateMode::reactive(RESTING) } else { UpdateMode::Continuous };
+    if winit.focused_mode != mode {
+        *winit = WinitSettings { focused_mode: mode, unfocused_mode: mode };
     }
 }

@@ -1,0 +1,208 @@
+//! What strokes look like from outside: how soon the clay answers a press, and what it looks like when it has
+//! settled.
+
+use super::say;
+use crate::hand::{Hand, ToolKind};
+use crate::pace::Pace;
+use crate::pointer::{Hit, Pointer, cast};
+use crate::stroke::{Stroke, work};
+use crate::tools::InHand;
+use bevy::prelude::*;
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
+use bevy_clay::prelude::*;
+use bevy_clay::surface::extract::extract_field;
+use bevy_clay::surface::field::SurfaceSettings;
+use std::time::Instant;
+
+/// What the surface has to move for an answer \[m\].
+const ANSWER: f32 = 3e-5;
+/// How long clay may settle before a stroke is measured, in its own time \[s\]; clay at rest has settled.
+const SETTLING: f64 = 0.05;
+/// How near its target \[m\] a tool has arrived.
+const ARRIVED: f32 = 1e-6;
+/// Most places that are remembered of a stroke.
+const PLACES_MAX: usize = 256;
+/// Least part of the whole that counts as a body of its own.
+const BODY_PART: f64 = 0.005;
+
+/// Measures strokes.
+pub(super) struct StrokesPlugin;
+
+impl Plugin for StrokesPlugin {
+    fn build(&self, app: &mut App) {
+        let watch = (
+            begin.run_if(resource_added::<Stroke>),
+            follow.run_if(resource_exists::<Stroke>),
+            end.run_if(resource_removed::<Stroke>),
+        );
+        app.init_resource::<Strokes>()
+            .add_systems(Update, watch.chain().after(work).in_set(ClaySystems::Tool))
+            .add_systems(Update, (answer, feel, settle, count_bodies).chain().after(ClaySystems::Show));
+    }
+}
+
+/// The strokes so far.
+#[derive(Resource, Default)]
+pub(super) struct Strokes {
+    /// How many have begun.
+    count: u32,
+    under_way: Option<Seen>,
+    settling: Option<Settling>,
+    counting: Option<Counting>,
+    /// A press whose answer is not shown yet: when, where, how far the surface was.
+    asked: Option<(Instant, Ray3d, f32)>,
+    /// Press to surface \[ms\].
+    pub(super) answers: Vec<f64>,
+    pub(super) outcomes: Vec<Outcome>,
+}
+
+impl Strokes {
+    /// Whether a tool is as deep as it goes.
+    pub(super) fn is_deep(&self) -> bool {
+        self.under_way.as_ref().is_some_and(|seen| seen.is_deep)
+    }
+}
+
+/// What a stroke left behind.
+pub(super) struct Outcome {
+    /// Greatest distance by which the surface went away from the eye along the stroke \[mm\].
+    pub(super) dent: f32,
+}
+
+/// A stroke as it was seen.
+struct Seen {
+    number: u32,
+    kind: ToolKind,
+    /// The surface it began with.
+    before: ClaySurface,
+    /// Rays along the stroke and where they met that surface.
+    places: Vec<(Ray3d, Hit)>,
+    /// Greatest force on the tool \[N\].
+    force: f64,
+    is_deep: bool,
+}
+
+/// A stroke that is to be measured when the clay has settled and its surface shows that.
+struct Settling {
+    seen: Seen,
+    /// Time of the clay when the tool left \[s\].
+    since: f64,
+    /// The state of the clay when it had settled: the surface of that or a newer one is measured.
+    settled: Option<(u64, u64)>,
+}
+
+/// A stroke whose bodies are being counted.
+struct Counting {
+    seen: Seen,
+    /// As in [`Outcome`] \[mm\].
+    dent: f32,
+    /// Bodies before the stroke and after it.
+    bodies: Task<[usize; 2]>,
+}
+
+fn begin(stroke: Res<Stroke>, (pointer, hand): (Res<Pointer>, Res<Hand>), mut strokes: ResMut<Strokes>) {
+    let Some(aim) = pointer.aim else { return };
+    strokes.count += 1;
+    say(&format!("stroke {} begins", strokes.count));
+    strokes.asked = Some((Instant::now(), aim.ray, stroke.hit.distance));
+    strokes.under_way = Some(Seen {
+        number: strokes.count,
+        kind: hand.kind,
+        before: stroke.before.clone(),
+        places: vec![(aim.ray, stroke.hit)],
+        force: 0.0,
+        is_deep: false,
+    });
+}
+
+fn follow(
+    stroke: Res<Stroke>,
+    (pointer, hand): (Res<Pointer>, Res<Hand>),
+    tool: Single<&Transform, With<InHand>>,
+    mut strokes: ResMut<Strokes>,
+) {
+    let Some(seen) = &mut strokes.under_way else { return };
+    if let Some(aim) = pointer.aim.filter(|_| pointer.is_down && seen.places.len() < PLACES_MAX) {
+        seen.places.extend(cast(&seen.before, aim.ray).map(|hit| (aim.ray, hit)));
+    }
+    let is_there = tool.translation.distance(stroke.target(&hand).translation) < ARRIVED;
+    let is_deep = seen.kind != ToolKind::Knife && is_there && stroke.depth >= hand.depth_max();
+    if is_deep && !seen.is_deep {
+        // For whoever watches the terminal, a script that moves the mouse too: what may come next.
+        say(&format!("stroke {} is as deep as it goes", seen.number));
+    }
+    seen.is_deep |= is_deep;
+}
+
+fn end(metrics: Single<&ClayMetrics>, mut strokes: ResMut<Strokes>) {
+    let since = metrics.time;
+    strokes.settling = strokes.under_way.take().map(|seen| Settling { seen, since, settled: None });
+}
+
+/// Times the answer to each press.
+fn answer(surface: Query<&ClaySurface, Changed<ClaySurface>>, mut strokes: ResMut<Strokes>) {
+    let (Ok(surface), Some((began, ray, before))) = (surface.single(), strokes.asked) else { return };
+    if cast(surface, ray).is_some_and(|hit| hit.distance > before + ANSWER) {
+        strokes.answers.push(began.elapsed().as_secs_f64() * 1e3);
+        strokes.asked = None;
+    }
+}
+
+/// Keeps the greatest force, that of reports that come after the tool was lifted too.
+fn feel(mut reports: MessageReader<ClayReport>, mut strokes: ResMut<Strokes>) {
+    let force = reports.read().flat_map(|r| &r.report.tools).map(|tool| tool.force.length()).fold(0.0, f64::max);
+    let Strokes { under_way, settling, .. } = &mut *strokes;
+    if let Some(seen) = under_way.as_mut().or(settling.as_mut().map(|settling| &mut settling.seen)) {
+        seen.force = seen.force.max(force);
+    }
+}
+
+/// Measures what a stroke left behind when the clay has settled and is shown so, or the next stroke begins;
+/// bodies are counted away from the main thread.
+fn settle(clay: Query<(&ClaySurface, &ClayEngine, &ClayMetrics)>, pace: Res<Pace>, mut strokes: ResMut<Strokes>) {
+    let Strokes { under_way, settling, counting, .. } = &mut *strokes;
+    let (Some(waiting), Ok((surface, engine, metrics))) = (settling.as_mut(), clay.single()) else { return };
+    if pace.is_at_rest || metrics.time > waiting.since + SETTLING {
+        waiting.settled.get_or_insert_with(|| engine.revision());
+    }
+    let is_shown = waiting.settled.is_some_and(|state| surface.revision() >= state);
+    if counting.is_some() || !(is_shown || under_way.is_some()) {
+        return;
+    }
+    let Some(Settling { seen, .. }) = settling.take() else { return };
+    let away = seen.places.iter().filter_map(|(ray, hit)| Some(cast(surface, *ray)?.distance - hit.distance));
+    let dent = 1e3 * away.fold(0.0, f32::max);
+    let (before, now) = (seen.before.clone(), surface.clone());
+    let bodies = AsyncComputeTaskPool::get().spawn(async move { [body_count(&before), body_count(&now)] });
+    *counting = Some(Counting { seen, dent, bodies });
+}
+
+/// Bodies of the surface, crumbs left out: takes long enough that it is not for the main thread.
+fn body_count(surface: &ClaySurface) -> usize {
+    let made = || extract_field(surface.field(), SurfaceSettings::default().iso_threshold).into();
+    let mesh = surface.mesh().cloned().unwrap_or_else(made);
+    let least = BODY_PART * mesh.volume().abs();
+    mesh.components().iter().filter(|body| body.volume().abs() > least).count()
+}
+
+/// Says what a stroke left behind once its bodies are counted.
+fn count_bodies(mut strokes: ResMut<Strokes>) {
+    let Some([before, now]) = strokes.counting.as_mut().and_then(|counting| check_ready(&mut counting.bodies)) else { return };
+    let Some(Counting { seen, dent, .. }) = strokes.counting.take() else { return };
+    let at = seen.places[0].1.point * 1e3;
+    let answer = match strokes.answers.last() {
+        Some(ms) if seen.kind != ToolKind::Knife => format!(", answered in {ms:.0} ms"),
+        _ => String::new(),
+    };
+    say(&format!(
+        "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {dent:.2} mm, force up to {:.2} N, {before} bodies before, {now} bodies now{answer}",
+        seen.number,
+        seen.kind.name(),
+        at.x,
+        at.y,
+        at.z,
+        seen.force,
+    ));
+    strokes.outcomes.push(Outcome { dent });
+}
