@@ -10,6 +10,8 @@ use egui_plot::{Line, Plot, PlotPoints};
 
 /// Processor time \[ms\] that clay may take of a frame.
 const MAIN_THREAD_MS_MAX: f64 = 2.0;
+/// Room between the window and the edge of the screen \[points\].
+const MARGIN: f32 = 8.0;
 
 /// What the window reads.
 type Shown<'a> = (Entity, &'a ClayStatus, &'a ClayMetrics, &'a ClayClock);
@@ -25,8 +27,10 @@ pub(super) fn window(
     if clays.is_empty() {
         return;
     }
-    let position = [ctx.content_rect().right() - 8.0, 8.0];
-    egui::Window::new("State").default_pos(position).pivot(egui::Align2::RIGHT_TOP).resizable(false).show(ctx, |ui| {
+    // In its first frame, which is not shown, the window is higher than the screen and would be pushed to its edge.
+    let room = ctx.content_rect().shrink(MARGIN);
+    let window = egui::Window::new("State").default_pos(room.right_top()).pivot(egui::Align2::RIGHT_TOP);
+    window.constrain_to(room).resizable(false).show(ctx, |ui| {
         ui.set_max_width(280.0);
         for shown @ (entity, status, ..) in &clays {
             egui::Grid::new(("state", entity)).num_columns(2).show(ui, |ui| rows(ui, shown));
