@@ -10,7 +10,7 @@
 //! | `pointer` | which camera the pointer is in, and where its ray meets the clay          |
 //! | `hand`    | what the hand holds, chosen by keys and the wheel                         |
 //! | `tools`   | a tool's entity: shape, look, force; where the clay has it in slow motion |
-//! | `stroke`  | a tool that is moved no faster than the clay can follow                   |
+//! | `stroke`  | a tool that follows the pointer into the clay, no faster than a hand      |
 //! | `pace`    | the clay's own clock: slow motion where the machine is slow, rest         |
 //! | `keys`    | undo, redo, reset, export, pause                                          |
 //! | `hud`     | egui beside the clay's own panels                                         |

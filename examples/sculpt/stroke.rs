@@ -1,5 +1,5 @@
 //! From the pointer to the tool: over the clay it hovers, pressed it goes in, and it never moves faster than
-//! the clay can follow.
+//! a hand that sculpts.
 
 mod knife;
 
@@ -9,10 +9,8 @@ use crate::tools::InHand;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
 
-/// Greatest speed of a tool in the clay's own time [m/s]: above it soft clay is thrown rather than pressed.
-const SPEED_MAX: f32 = 0.8;
-/// Greatest speed of a tool in the hand's time [m/s].
-const HAND_SPEED_MAX: f32 = 0.4;
+/// Greatest speed of a tool [m/s]: above it soft clay is thrown rather than pressed.
+const SPEED_MAX: f32 = 0.4;
 /// Speed of pressing in \[units of the tools per second\].
 const PRESS_SPEED: f32 = 1.2;
 /// How far above the clay the tool hovers \[units of the tools\].
@@ -75,7 +73,6 @@ pub(crate) fn hover(
 /// Moves the tool through the clay, until it is let go of.
 pub(crate) fn work(
     (pointer, hand): (Res<Pointer>, Res<Hand>),
-    clock: Single<&ClayClock, With<Clay>>,
     real: Res<Time<Real>>,
     tool: Single<Held, With<InHand>>,
     mut stroke: ResMut<Stroke>,
@@ -99,8 +96,7 @@ pub(crate) fn work(
             tool.is_active = true;
         }
     }
-    let speed = (SPEED_MAX * clock.speed as f32).min(HAND_SPEED_MAX);
-    stroke.advance(&mut place, tool.shape.bounding_radius() as f32, speed * delta, &hand);
+    stroke.advance(&mut place, tool.shape.bounding_radius() as f32, SPEED_MAX * delta, &hand);
 }
 
 impl Stroke {
