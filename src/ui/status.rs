@@ -27,7 +27,8 @@ pub(super) fn window(
     if clays.is_empty() {
         return;
     }
-    // In its first frame, which is not shown, the window is higher than the screen and would be pushed to its edge.
+    // In its first frame, which is not shown, the window is higher than the screen: unless it is kept off the
+    // edge, it ends up there.
     let room = ctx.content_rect().shrink(MARGIN);
     let window = egui::Window::new("State").default_pos(room.right_top()).pivot(egui::Align2::RIGHT_TOP);
     window.constrain_to(room).resizable(false).show(ctx, |ui| {
