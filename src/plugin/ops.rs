@@ -85,20 +85,16 @@ impl Plugin for OpsPlugin {
 }
 
 /// What a question is asked of.
-type Asking<'w, 's> = (Query<'w, 's, (&'static mut Ops, Has<ClayHistory>)>, Commands<'w, 's>);
+type Asking<'w, 's> = (Query<'w, 's, &'static mut Ops>, Commands<'w, 's>);
 
 /// Puts what is asked for in line.
 fn queue(entity: Entity, op: Op, (mut clays, mut commands): Asking) {
-    let fault = match clays.get_mut(entity) {
-        Err(_) => "it is no clay",
-        Ok((_, false)) if matches!(op, Op::Undo | Op::Redo) => "it has no ClayHistory",
-        Ok((mut ops, _)) => {
-            ops.waiting.push_back(op);
-            return;
-        }
-    };
-    let error = ClayError::Operation(format!("nothing to {}: {fault}", name(op)));
-    commands.trigger(ClayTrouble { entity, error });
+    if let Ok(mut ops) = clays.get_mut(entity) {
+        ops.waiting.push_back(op);
+    } else {
+        let error = ClayError::Operation(format!("nothing to {}: it is no clay", name(op)));
+        commands.trigger(ClayTrouble { entity, error });
+    }
 }
 
 fn name(op: Op) -> &'static str {

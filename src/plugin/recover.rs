@@ -44,8 +44,6 @@ struct Guard {
     settings: Option<Box<WgpuSettings>>,
     /// Updates since clay was last on the device.
     idle: u32,
-    /// Whether it was said that a lost device is not made anew.
-    is_told: bool,
 }
 
 /// The handler of this plugin: of each function there may be several addresses.
@@ -60,7 +58,7 @@ impl Plugin for RecoverPlugin {
         // As `RenderPlugin` does, if it was added before.
         app.init_resource::<RenderErrorHandler>();
         let first = RenderErrorHandler(app.world().resource::<RenderErrorHandler>().0);
-        app.insert_resource(Guard { first, before: None, settings: None, idle: 0, is_told: false }).add_systems(Last, guard);
+        app.insert_resource(Guard { first, before: None, settings: None, idle: 0 }).add_systems(Last, guard);
     }
 
     fn finish(&self, app: &mut App) {
@@ -107,18 +105,17 @@ fn handle(error: &RenderError, main: &mut World, render: &mut World) -> RenderEr
         draw::fail(render, &error.description);
         return RenderErrorPolicy::Ignore;
     }
-    let Some(mut guard) = main.get_resource_mut::<Guard>() else { return RenderErrorPolicy::StopRendering };
+    let Some(guard) = main.get_resource::<Guard>() else { return RenderErrorPolicy::StopRendering };
     let before = RenderErrorHandler(guard.before.as_ref().unwrap_or(&guard.first).0);
     if is_lost && is_same(&before, &guard.first) {
         if let Some(settings) = guard.settings.clone() {
             warn!("the graphics device was lost; another one is made");
             return RenderErrorPolicy::Recover(RenderCreation::Automatic(settings));
         }
-        if !std::mem::replace(&mut guard.is_told, true) {
-            error!(
-                "the graphics device was lost and is not made anew: RenderPlugin was given it by hand, so the app's RenderErrorHandler has to give another"
-            );
-        }
+        // Once: Bevy tells of the loss of a device once.
+        error!(
+            "the graphics device was lost and is not made anew: RenderPlugin was given it by hand, so the app's RenderErrorHandler has to give another"
+        );
     }
     (before.0)(error, main, render)
 }
