@@ -6,8 +6,8 @@
 //! and cuts are damp and dark, ridges dry and light. Positions and normals are all that it needs of a mesh,
 //! whoever makes it.
 //!
-//! Clay for which the app has no material gets this one, with [`LookPlugin`]. It costs a processor 6 % more
-//! of a frame than a smooth standard material (451 and 476 ms of its time, 960 x 720 pixels with shadows, four
+//! Clay for which the app has no material gets this one, with [`LookPlugin`]. It costs a processor 6 % of a
+//! frame more than a smooth standard material (451 and 476 ms of its time, 960 x 720 pixels with shadows, 4
 //! samples a pixel).
 //!
 //! ```no_run
