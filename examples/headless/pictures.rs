@@ -11,6 +11,7 @@ use bevy::mesh::PrimitiveTopology;
 use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy_clay::plugin::LookPlugin;
 use bevy_clay::prelude::*;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
@@ -46,7 +47,7 @@ pub(crate) fn draw(moments: Vec<Moment>, folder: &Path, may_stop: bool) -> Resul
     let files: Vec<PathBuf> = moments.iter().map(|m| places::picture(folder, m.frame)).collect();
     let show = Show { moments, files: files.clone(), index: 0, frame: 0, is_taken: false, may_stop };
     studio::take(files, |app| {
-        app.insert_resource(show).add_systems(Startup, spawn).add_systems(Update, (stop, step).chain());
+        app.add_plugins(LookPlugin).insert_resource(show).add_systems(Startup, spawn).add_systems(Update, (stop, step).chain());
     })
 }
 

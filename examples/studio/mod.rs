@@ -10,7 +10,6 @@ use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
-use bevy_clay::plugin::LookPlugin;
 use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
 use bevy_clay::sim::prelude::*;
@@ -40,7 +39,7 @@ pub(crate) fn take(files: Vec<PathBuf>, add: impl FnOnce(&mut App)) -> Result<Ve
     let log = LogPlugin { filter: "error,bevy_clay=warn".into(), ..default() };
     let plugins = DefaultPlugins.set(window).set(render).set(log).disable::<WinitPlugin>();
     let mut app = App::new();
-    app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO), LookPlugin));
+    app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     add(&mut app);
     if app.run() == STOPPED {
         return Ok(files.into_iter().filter(|file| file.exists()).collect());
