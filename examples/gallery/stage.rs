@@ -151,7 +151,7 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials, look
             place.insert((Clay::snapshot((**snapshot).clone()), settings, ClayClock { paused: true, ..default() }));
         }
         Subject::Mesh(surface) => {
-            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(looks.add(studio::clay()))));
+            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(looks.add(ClayLook::material()))));
         }
     }
     let floor = meshes.add(Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius));

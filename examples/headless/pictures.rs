@@ -133,7 +133,7 @@ fn step(
     };
     if show.frame == 0 {
         passing.iter().for_each(|entity| commands.entity(entity).despawn());
-        let clay = looks.add(studio::clay());
+        let clay = looks.add(ClayLook::material());
         commands.spawn((Passing, Mesh3d(meshes.add(studio::mesh(&moment.surface))), MeshMaterial3d(clay)));
         let steel = StandardMaterial { base_color: Color::srgb(0.35, 0.45, 0.6), perceptual_roughness: 0.4, ..default() };
         let steel = colours.add(StandardMaterial { cull_mode: None, double_sided: true, ..steel });

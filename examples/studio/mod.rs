@@ -10,7 +10,6 @@ use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
-use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::mesh::Mesh as Surface;
@@ -56,9 +55,4 @@ pub(crate) fn mesh(surface: &Surface) -> Mesh {
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, surface.positions.clone())
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, surface.normals.clone().unwrap_or_default())
         .with_inserted_indices(Indices::U32(surface.triangles.as_flattened().to_vec()))
-}
-
-/// The material of clay.
-pub(crate) fn clay() -> ClayLookMaterial {
-    ClayLookMaterial { base: ClayLook::base(), extension: ClayLook::default() }
 }

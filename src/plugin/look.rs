@@ -68,8 +68,8 @@ impl Default for ClayLook {
 }
 
 impl ClayLook {
-    /// What the plugin gives clay.
-    pub(super) fn material() -> ClayLookMaterial {
+    /// What the plugin gives clay that has no material.
+    pub fn material() -> ClayLookMaterial {
         ClayLookMaterial { base: Self::base(), extension: Self::default() }
     }
 

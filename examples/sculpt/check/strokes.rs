@@ -62,6 +62,11 @@ impl Strokes {
     pub(super) fn is_deep(&self) -> bool {
         self.under_way.as_ref().is_some_and(|seen| seen.is_deep)
     }
+
+    /// The stroke that began last, until it is measured.
+    fn last(&mut self) -> Option<&mut Seen> {
+        self.under_way.as_mut().or(self.settling.as_mut().map(|settling| &mut settling.seen))
+    }
 }
 
 /// What a stroke left behind.
@@ -80,6 +85,8 @@ struct Seen {
     places: Vec<(Ray3d, Hit)>,
     /// Greatest force on the tool \[N\].
     force: f64,
+    /// Press to surface \[ms\].
+    answer: Option<f64>,
     is_deep: bool,
 }
 
@@ -112,6 +119,7 @@ fn begin(stroke: Res<Stroke>, (pointer, hand): (Res<Pointer>, Res<Hand>), mut st
         before: stroke.before.clone(),
         places: vec![(aim.ray, stroke.hit)],
         force: 0.0,
+        answer: None,
         is_deep: false,
     });
 }
@@ -144,16 +152,17 @@ fn end(metrics: Single<&ClayMetrics>, mut strokes: ResMut<Strokes>) {
 fn answer(surface: Query<&ClaySurface, Changed<ClaySurface>>, mut strokes: ResMut<Strokes>) {
     let (Ok(surface), Some((began, ray, before))) = (surface.single(), strokes.asked) else { return };
     if cast(surface, ray).is_some_and(|hit| hit.distance > before + ANSWER) {
-        strokes.answers.push(began.elapsed().as_secs_f64() * 1e3);
+        let answer = began.elapsed().as_secs_f64() * 1e3;
+        strokes.answers.push(answer);
         strokes.asked = None;
+        strokes.last().into_iter().for_each(|seen| seen.answer = Some(answer));
     }
 }
 
 /// Keeps the greatest force, that of reports that come after the tool was lifted too.
 fn feel(mut reports: MessageReader<ClayReport>, mut strokes: ResMut<Strokes>) {
     let force = reports.read().flat_map(|r| &r.report.tools).map(|tool| tool.force.length()).fold(0.0, f64::max);
-    let Strokes { under_way, settling, .. } = &mut *strokes;
-    if let Some(seen) = under_way.as_mut().or(settling.as_mut().map(|settling| &mut settling.seen)) {
+    if let Some(seen) = strokes.last() {
         seen.force = seen.force.max(force);
     }
 }
@@ -191,7 +200,7 @@ fn count_bodies(mut strokes: ResMut<Strokes>) {
     let Some([before, now]) = strokes.counting.as_mut().and_then(|counting| check_ready(&mut counting.bodies)) else { return };
     let Some(Counting { seen, dent, .. }) = strokes.counting.take() else { return };
     let at = seen.places[0].1.point * 1e3;
-    let answer = match strokes.answers.last() {
+    let answer = match seen.answer {
         Some(ms) if seen.kind != ToolKind::Knife => format!(", answered in {ms:.0} ms"),
         _ => String::new(),
     };

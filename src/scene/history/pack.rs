@@ -1,7 +1,7 @@
 //! A state in less memory: its columns, deflated.
 //!
 //! The low byte of all numbers of a column stands before the next byte of all, so that what particles have
-//! in common, sign, exponent and first digits, stands together: 31 of 68 bytes a particle are left after
+//! in common, sign, exponent and first digits, stands together: 32 of 68 bytes a particle are left after
 //! strokes of a ball. Taken against the same particle's numbers in the state before, they are as many:
 //! strokes sway all of the clay by more than the last digits.
 
