@@ -8,6 +8,7 @@
 use super::frame::FramePlan;
 use super::material::{ClayLaw, SQRT_2_3};
 use super::params::Domain;
+use super::penalty::{NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS};
 use glam::DVec3;
 
 /// The numbers of one substep.
@@ -15,6 +16,8 @@ use glam::DVec3;
 pub(crate) struct Coefficients {
     /// Of the clay law.
     pub(crate) law: LawCoefficients,
+    /// Of contact with solid tools.
+    pub(crate) contact: ContactCoefficients,
     /// Gravity over inertia scaling [cells/substep^2].
     pub(crate) gravity: DVec3,
     /// Cells per squared substep in 1 m/s^2, on the inertial mass.
@@ -28,6 +31,18 @@ pub(crate) struct Coefficients {
     pub(crate) velocity_unit: f64,
     /// One per substep [1/s].
     pub(crate) rate_unit: f64,
+}
+
+/// The springs of contact in one substep, of a particle that bears with one cell^2: impulses in cells per
+/// substep and eighths of a full cell's mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ContactCoefficients {
+    /// Per cell of depth.
+    pub(crate) normal: f64,
+    /// Per cell of slip.
+    pub(crate) tangential: f64,
+    /// Of the clay's shear strength.
+    pub(crate) strength: f64,
 }
 
 /// The clay law in one substep. Stress is scaled by [`Self::stress_scale`], the form in which it enters the
@@ -83,8 +98,16 @@ impl Coefficients {
     pub(crate) fn new(plan: &FramePlan, domain: &Domain, dt: f64) -> Self {
         let (material, cell_width) = (&plan.material, domain.cell_width);
         let acceleration = dt * dt / cell_width / plan.density_scale();
+        let law = LawCoefficients::new(plan, cell_width, dt);
+        // `h F` over `rho_s dx^3 / 8` and `dx / h`: twice the stress, scaled, times the area.
+        let modulus = 2.0 * (law.lambda + law.mu2);
         Self {
-            law: LawCoefficients::new(plan, cell_width, dt),
+            contact: ContactCoefficients {
+                normal: NORMAL_STIFFNESS * modulus,
+                tangential: TANGENTIAL_STIFFNESS * modulus,
+                strength: 2.0 * law.stress_scale * material.shear_strength(),
+            },
+            law,
             gravity: plan.gravity * acceleration,
             acceleration,
             damping: (-plan.validation.damping * dt).exp(),

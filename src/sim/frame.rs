@@ -73,7 +73,7 @@ impl Default for Integrator {
 pub struct FrameOutputs {
     /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
     pub surface: bool,
-    /// The whole state, 116 bytes a particle, for
+    /// The whole state, 148 bytes a particle, for
     /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
 }
@@ -191,6 +191,9 @@ impl FramePlan {
         if !path.samples.iter().all(|s| s.pose.rotation.is_normalized()) {
             return Err(ParamsError::new("tool path", format!("tool {}", path.id), "needs rotations of length 1"));
         }
+        if path.id == u32::MAX {
+            return Err(ParamsError::new("tool id", path.id, "must be less than 4294967295, which stands for no tool"));
+        }
         let is_rival = |p: &&ToolPath| {
             p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet_id() == path.sheet_id())
         };
@@ -232,7 +235,7 @@ pub struct ToolReport {
     pub force: DVec3,
     /// Mean torque on the tool about its origin \[N m\].
     pub torque: DVec3,
-    /// Node contacts, summed over the substeps.
+    /// Contacts, summed over the substeps: of solid tools with particles, of blades with fields at nodes.
     pub contacts: u64,
     /// Particles that took a side of the blade.
     pub tagged: u64,

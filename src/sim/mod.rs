@@ -58,8 +58,10 @@ pub mod native;
 pub mod oracle;
 pub(crate) mod packet;
 pub mod params;
+pub mod penalty;
 pub mod planner;
 pub mod snapshot;
+mod spline;
 mod sums;
 pub mod tool;
 #[cfg(feature = "reference")]

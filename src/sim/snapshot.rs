@@ -25,7 +25,32 @@ impl Tag {
     }
 }
 
-/// One particle, as stored between frames. f32, 116 bytes, no padding.
+/// Where a particle clings to a tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Anchor {
+    /// Place in the tool's own frame \[cells\].
+    pub at: [f32; 3],
+    /// The tool's id + 1; 0 is no anchor.
+    pub tool: u32,
+}
+
+impl Anchor {
+    /// The anchor at `at` \[cells\] in the frame of the tool of id `id`.
+    pub(crate) fn on(id: u32, at: DVec3) -> Self {
+        Self { at: at.as_vec3().to_array(), tool: id + 1 }
+    }
+
+    /// The tool's id and the place \[cells\] in its frame, if there is an anchor.
+    pub(crate) fn get(&self) -> Option<(u32, DVec3)> {
+        Some((self.tool.checked_sub(1)?, DVec3::from_array(self.at.map(f64::from))))
+    }
+}
+
+/// Tools that a particle can cling to at once: those of a corner. One more presses without friction.
+pub const ANCHORS_MAX: usize = 2;
+
+/// One particle, as stored between frames. f32, 148 bytes, no padding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Particle {
@@ -49,6 +74,8 @@ pub struct Particle {
     pub id: u32,
     /// Cuts the particle stands at, at most two sheets.
     pub tags: [Tag; 2],
+    /// Where it clings to tools.
+    pub anchors: [Anchor; ANCHORS_MAX],
 }
 
 impl Particle {
@@ -88,6 +115,7 @@ impl Particle {
             && self.hardening.is_finite()
             && self.structure.is_finite()
             && self.rest_volume.is_finite()
+            && self.anchors.iter().all(|anchor| all(&anchor.at))
     }
 }
 
@@ -141,7 +169,7 @@ pub enum SnapshotError {
 }
 
 const MAGIC: &[u8; 8] = b"bevyclay";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 impl Snapshot {
     /// Clay at time 0 that no engine has run.
@@ -219,6 +247,7 @@ mod tests {
                 let f = f64::from(i);
                 let mut p = Particle::at(DVec3::new(f * 0.01 + 7.0, f * 0.02 + 6.0, 8.3), 1e-9, i);
                 p.tags[1] = Tag { sheet: 3, side: -1 };
+                p.anchors[1] = Anchor::on(i, DVec3::new(f, -f, 0.5));
                 p.elastic_strain[4] = f as f32 * 1e-4;
                 p
             })
@@ -254,7 +283,7 @@ mod tests {
     /// Snapshots of other versions are named and not read.
     #[test]
     fn other_versions_are_named() {
-        for version in [0, 2, 4] {
+        for version in [0, 3, 5] {
             let mut bytes = snapshot().to_bytes();
             bytes[8..12].copy_from_slice(&u32::to_le_bytes(version));
             assert_eq!(Snapshot::from_bytes(&bytes), Err(SnapshotError::Version(version)));

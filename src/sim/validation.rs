@@ -35,10 +35,9 @@ impl Validation {
         inputs.into_iter().find_map(|(is_used, name)| is_used.then_some(name))
     }
 
-    /// A tool's shape at `time` \[s\] of the frame, and the speed [m/s] of its surface along the outward
-    /// normal: those of a growing ball.
-    pub(super) fn grown(&self, shape: ToolShape, time: f64) -> (ToolShape, f64) {
-        shape.grown_ball(self.sphere_growth * time).map_or((shape, 0.0), |ball| (ball, self.sphere_growth))
+    /// A tool's shape at `time` \[s\] of the frame: a ball has grown.
+    pub(super) fn grown(&self, shape: ToolShape, time: f64) -> ToolShape {
+        shape.grown_ball(self.sphere_growth * time).unwrap_or(shape)
     }
 }
 

@@ -55,9 +55,21 @@ fn head(snapshot: &Snapshot) -> Snapshot {
 
 /// What is kept of a particle beside its id, bit by bit.
 fn words_of(particle: &Particle) -> [u32; WORDS] {
-    // Taken apart by name: a new field has to find its place here.
-    let Particle { cell, offset, velocity: _, affine: _, elastic_strain, hardening, structure, rest_volume, id: _, tags } =
-        particle;
+    // Taken apart by name: a new field has to find its place here. Clay at rest clings to no tool: by the
+    // time that it is back they are elsewhere.
+    let Particle {
+        cell,
+        offset,
+        velocity: _,
+        affine: _,
+        elastic_strain,
+        hardening,
+        structure,
+        rest_volume,
+        id: _,
+        tags,
+        anchors: _,
+    } = particle;
     let mut words = [0; WORDS];
     words[..3].copy_from_slice(&cell.map(i32::cast_unsigned));
     words[3..6].copy_from_slice(&offset.map(f32::to_bits));
@@ -80,5 +92,6 @@ fn particle_of(id: u32, words: [u32; WORDS]) -> Particle {
         rest_volume: f32::from_bits(rest_volume),
         id,
         tags: bytemuck::cast::<u32, [Tag; 2]>(tags),
+        anchors: Default::default(),
     }
 }

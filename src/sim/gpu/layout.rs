@@ -40,7 +40,7 @@ macro_rules! words {
 }
 
 /// Where a record, a [`Particle`] of a snapshot, has its fields.
-pub(super) const RECORD: [(&str, u32); 11] = words!(Particle as "RECORD_WORDS" {
+pub(super) const RECORD: [(&str, u32); 12] = words!(Particle as "RECORD_WORDS" {
     cell = "RECORD_CELL",
     offset = "RECORD_OFFSET",
     velocity = "RECORD_VELOCITY",
@@ -51,6 +51,7 @@ pub(super) const RECORD: [(&str, u32); 11] = words!(Particle as "RECORD_WORDS" {
     rest_volume = "RECORD_REST_VOLUME",
     id = "RECORD_ID",
     tags = "RECORD_TAGS",
+    anchors = "RECORD_ANCHORS",
 });
 
 /// Where a [`SurfaceParticle`] has its fields.

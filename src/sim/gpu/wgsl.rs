@@ -5,10 +5,7 @@ use super::super::cut::NORMAL_REGULARISATION;
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::{WALL_TOUCH, Wall};
-use super::super::tool::{
-    BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, LAYER_DEPTH, SET_BACK, TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE,
-    TRACTION_REACH_MIN, ToolShape,
-};
+use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TRACTION_REACH_MIN, ToolShape};
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
 use super::layout::{
     FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
@@ -16,6 +13,16 @@ use super::layout::{
 use super::params::Params;
 use super::pass::Pass;
 use super::tool::GpuTool;
+
+/// Offset of a separating tool's contact \[cells\], which on this engine stands at nodes: nodes closer than
+/// this take part where clay touches.
+const TOUCH_OFFSET: f64 = 0.5;
+/// A particle begins to touch and touches wholly within this length \[cells\].
+const TOUCH_FADE: f64 = 0.1;
+/// Share of the first layer of particles, or of their touch, that closes a gap [-].
+const TOUCH_SHARE: f64 = 0.25;
+/// Where the centres of the first layer of particles are when its face is on the surface \[cells\].
+const LAYER_DEPTH: f64 = 0.25;
 
 /// Invocations in a workgroup: 64 nodes of a block; two or one subgroups of today's adapters.
 pub(super) const WORKGROUP: u32 = 64;

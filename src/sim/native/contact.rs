@@ -3,7 +3,7 @@
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FramePlan;
 use super::super::params::{BLOCK, Domain};
-use super::super::tool::{self, BAND, Blade, Contact, Motion, Pose, SPACING, Sample, Sampled, Tool, ToolPath, ToolShape};
+use super::super::tool::{self, BAND, Blade, Contact, Motion, Pose, SPACING, Sample, Sampled, ToolPath, ToolShape};
 use super::super::validation::Validation;
 use glam::{DVec3, IVec3};
 use std::sync::Arc;
@@ -18,6 +18,7 @@ pub(super) enum Moment {
 /// One tool during one substep; lengths in cells, times in substeps.
 #[derive(Clone, Debug)]
 pub(super) struct ToolNow {
+    pub id: u32,
     pub shape: ToolShape,
     pub contact: Contact,
     pub motion: Motion,
@@ -27,9 +28,6 @@ pub(super) struct ToolNow {
     pub sampled: Option<Arc<Sampled>>,
     /// The sheet that a blade cuts.
     pub sheet: u8,
-    /// Speed [cells/substep] at which the surface moves along the outward normal: a growing ball of
-    /// validation cases.
-    pub growth: f64,
 }
 
 impl ToolNow {
@@ -37,11 +35,9 @@ impl ToolNow {
         let in_cells = |p: Pose| Pose { position: domain.to_grid(p.position), ..p };
         let motion = path.motion(start, end);
         let motion = Motion { start: in_cells(motion.start), end: in_cells(motion.end), duration: 1.0 };
-        let (shape, growth) = validation.grown(path.tool.shape, end);
-        let shape = shape.scaled(1.0 / domain.cell_width);
-        let growth = growth * (end - start) / domain.cell_width;
+        let shape = validation.grown(path.tool.shape, end).scaled(1.0 / domain.cell_width);
         let blade = shape.outline().map(|outline| Blade::new(outline, motion, 1.0));
-        Self { shape, contact: path.tool.contact, motion, blade, sampled: None, sheet: path.sheet_id(), growth }
+        Self { id: path.id, shape, contact: path.tool.contact, motion, blade, sampled: None, sheet: path.sheet_id() }
     }
 
     /// The same under `method`, with its points.
@@ -94,15 +90,10 @@ impl ToolNow {
         a.min(b) <= reach + travel
     }
 
-    /// Whether it is a solid tool that clay can leave.
-    pub(super) fn separates(&self) -> bool {
-        Tool { shape: self.shape, contact: self.contact }.separates()
-    }
-
     /// Velocity [cells/substep] after contact of clay that moves at `v` at `world` \[cells\], with the surface
     /// normal `n` towards the clay.
     pub(super) fn apply(&self, v: DVec3, world: DVec3, n: DVec3) -> DVec3 {
-        let tool = self.motion.velocity_at(world) + self.growth * n;
+        let tool = self.motion.velocity_at(world);
         let relative = v - tool;
         let normal = relative.dot(n);
         match self.contact {
@@ -116,14 +107,6 @@ impl ToolNow {
                 tool + slide * kept
             }
         }
-    }
-
-    /// Distance \[cells\] and normal of a solid tool at a node in its reach.
-    pub(super) fn touch(&self, world: DVec3) -> Option<(f64, DVec3)> {
-        let local = self.motion.end.to_local(world);
-        let distance = self.shape.distance(local);
-        let touches = self.blade.is_none() && distance < self.contact.offset();
-        touches.then(|| (distance, self.motion.end.rotation * self.shape.normal(local)))
     }
 }
 
@@ -140,7 +123,7 @@ mod tests {
     fn tool(contact: Contact) -> ToolNow {
         let at = |x| Pose { position: DVec3::X * x, ..Pose::default() };
         let motion = Motion { start: at(0.0), end: at(0.1), duration: 1.0 };
-        ToolNow { shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sampled: None, sheet: 1, growth: 0.0 }
+        ToolNow { id: 1, shape: ToolShape::Sphere { radius: 2.0 }, contact, motion, blade: None, sampled: None, sheet: 1 }
     }
 
     /// A separating tool takes the approach away, brakes sliding by friction times that, and lets receding

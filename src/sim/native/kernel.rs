@@ -9,6 +9,7 @@
 //! inlined through library code.
 
 use super::law;
+use super::penalty::Press;
 use super::simd::{F8, Node, V4};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
 use super::step::Step;
@@ -307,6 +308,18 @@ fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced) 
     }
 }
 
+/// Adds what solid tools give to the velocities with which particles scatter.
+#[inline(always)]
+fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], velocity: &mut [F8; 3]) {
+    let Some(press) = press else { return };
+    for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
+        let given = press.on(hot, cold);
+        for d in 0..3 {
+            velocity[d].0[k] += given[d];
+        }
+    }
+}
+
 #[inline(always)]
 fn g2p2g_with<const FMA: bool>(
     step: &Step,
@@ -314,6 +327,7 @@ fn g2p2g_with<const FMA: bool>(
     hot: &mut [Hot],
     cold: &mut [Cold],
     velocity: &Tile,
+    mut press: Option<&mut Press<'_>>,
     out: &mut Tile,
 ) -> u32 {
     *out = Tile::ZERO;
@@ -321,8 +335,9 @@ fn g2p2g_with<const FMA: bool>(
     for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
         let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        let new = advance(step, place, &eight, cold, &got);
+        let mut new = advance(step, place, &eight, cold, &got);
         store(step, chunk, cold, &new);
+        push(&mut press, chunk, cold, &mut new.velocity);
         clamped += new.update.clamped;
         let a = affine_minus_stress(&new.gradient, &new.update.stress);
         scatter::<FMA>(&stencil(&eight.cell, &new.x), eight.count, &new.velocity, &a, eight.mass, out);
@@ -368,10 +383,17 @@ pub(super) fn finish_gathered(step: &Step, place: &Place<'_>, hot: &mut [Hot], c
 }
 
 #[inline(always)]
-fn p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &[Hot], cold: &[Cold], out: &mut Tile) {
+fn p2g_with<const FMA: bool>(
+    step: &Step,
+    place: &Place<'_>,
+    hot: &[Hot],
+    cold: &mut [Cold],
+    mut press: Option<&mut Press<'_>>,
+    out: &mut Tile,
+) {
     *out = Tile::ZERO;
     let (per_velocity, per_rate) = (1.0 / step.velocity_unit, 1.0 / step.rate_unit);
-    for (chunk, cold) in hot.chunks(8).zip(cold.chunks(8)) {
+    for (chunk, cold) in hot.chunks(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
         let mut v = [F8::ZERO; 3];
         let mut gradient = [[F8::ZERO; 3]; 3];
@@ -383,6 +405,7 @@ fn p2g_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &[Hot], cold: 
                 }
             }
         }
+        push(&mut press, chunk, cold, &mut v);
         let mut stress = law::stress(&step.law, &eight.strain);
         multiply_stress(place, &eight, &eight.x, &mut stress);
         let a = affine_minus_stress(&gradient, &stress);
@@ -414,14 +437,14 @@ macro_rules! dispatch {
 dispatch!(
     /// Gather, law and scatter of one class run; `out` is overwritten. Returns the number of particles
     /// clamped.
-    g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, out: &mut Tile) -> u32);
+    g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, press: Option<&mut Press<'_>>, out: &mut Tile) -> u32);
 dispatch!(
     /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of
     /// particles clamped.
     g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);
 dispatch!(
     /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.
-    p2g = p2g_with / p2g_avx2, (step, place: &Place<'_>, hot: &[Hot], cold: &[Cold], out: &mut Tile) -> ());
+    p2g = p2g_with / p2g_avx2, (step, place: &Place<'_>, hot: &[Hot], cold: &mut [Cold], press: Option<&mut Press<'_>>, out: &mut Tile) -> ());
 
 /// Whether this processor has AVX2 and FMA.
 pub(super) fn has_fma() -> bool {

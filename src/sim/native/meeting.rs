@@ -1,7 +1,7 @@
 //! The grid update of a block where walls, tools or the two sides of a cut meet. In f64, one node after the
 //! other.
 //!
-//! The order is that of the substep's definition: fold, sides, velocity, two sides, solid tools, walls.
+//! The order is that of the substep's definition: fold, sides, velocity, two sides, walls.
 
 mod block;
 mod bounds;
@@ -46,14 +46,11 @@ pub(super) fn update<'a>(
 }
 
 impl Block<'_> {
-    /// One node: blades, the fields that kept cuts divide, then the solid tools in order.
+    /// One node: blades, then the fields that kept cuts divide.
     fn meet(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
         match meeting.cutting {
-            CuttingMethod::TwoFields => {
-                self.between_sides(k, node, step, meeting);
-                self.with_solid_tools(k, node, meeting);
-            }
-            CuttingMethod::Published | CuttingMethod::RigidParticles => self.with_solid_tools(k, node, meeting),
+            CuttingMethod::TwoFields => self.between_sides(k, node, step, meeting),
+            CuttingMethod::Published | CuttingMethod::RigidParticles => {}
             CuttingMethod::InteractiveParticles => self.take_along(k, node, meeting),
         }
     }
@@ -73,7 +70,8 @@ impl Block<'_> {
                     let after = tool::stick(self.velocity[field][k], surface, normal, distance, step.adhesion);
                     self.push(k, field, (index, tool), world, after);
                 } else if distance <= CONTACT_OFFSET {
-                    self.touch(k, field, (index, tool), world, normal, 1.0);
+                    let after = tool.apply(self.velocity[field][k], world, normal);
+                    self.push(k, field, (index, tool), world, after);
                 }
             }
         }
@@ -87,19 +85,6 @@ impl Block<'_> {
         }
     }
 
-    /// The solid tools in order.
-    fn with_solid_tools(&mut self, k: usize, node: IVec3, meeting: &Meeting<'_>) {
-        let (world, fields) = (node.as_dvec3(), self.fields[k]);
-        for (index, tool) in meeting.tools.iter().enumerate() {
-            if let Some((distance, normal)) = tool.touch(world) {
-                let share = if tool.separates() { tool::closed_share(f64::from(self.touching[k]) / 8.0, distance) } else { 1.0 };
-                for &(_, field) in fields.as_slice() {
-                    self.touch(k, field.into(), (index, tool), world, normal, share);
-                }
-            }
-        }
-    }
-
     /// Unit normal of a kept cut at a node, from back to front.
     fn cut_normal(&mut self, node: IVec3, sheet: u8) -> Option<DVec3> {
         let at = self.about.iter().position(|about| about.sheet == sheet).unwrap_or_else(|| {
@@ -107,13 +92,6 @@ impl Block<'_> {
             self.about.len() - 1
         });
         self.about[at].normal(node - self.block * BLOCK)
-    }
-
-    /// A share of a tool's contact on one field.
-    fn touch(&mut self, k: usize, field: usize, (index, tool): (usize, &ToolNow), world: DVec3, normal: DVec3, share: f64) {
-        let before = self.velocity[field][k];
-        let after = before + share * (tool.apply(before, world, normal) - before);
-        self.push(k, field, (index, tool), world, after);
     }
 
     /// A tool brings one field to the velocity `after`, and feels the opposite impulse.

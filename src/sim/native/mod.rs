@@ -13,7 +13,7 @@
 //! | `nodes`    | the nodes of a block, and their places in the tiles about it                |
 //! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
 //! | `grid_step`| the numbers of a grid update, and what it met                               |
-//! | `contact`  | tools in cells and substeps                                                 |
+//! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles              |
 //! | `stats`    | sums for the report                                                         |
 
 mod averaging;
@@ -27,13 +27,13 @@ mod meeting;
 mod nodes;
 mod particle_step;
 mod passes;
+mod penalty;
 mod simd;
 mod solver;
 mod state;
 mod stats;
 mod step;
 mod tags;
-mod touching;
 mod weld;
 
 use super::admit::admit;

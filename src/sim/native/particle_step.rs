@@ -1,10 +1,12 @@
 //! What the particle passes need of a substep: its numbers, and the tools about each particle.
 
+use super::super::coefficients::ContactCoefficients;
 use super::super::cutting::CuttingMethod;
 use super::super::material::{ClayMaterial, SOFTENING_REACH};
 use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
 use super::kernel::Place;
+use super::penalty::Presses;
 use super::state::{Cold, Hot, unpack_cell};
 use super::step::Step;
 use glam::{DVec3, IVec3};
@@ -18,11 +20,18 @@ pub(super) struct ParticleStep<'a> {
     pub cutting: CuttingMethod,
     /// Gravity over inertia scaling [cells/substep^2].
     pub gravity: DVec3,
+    /// Of contact with solid tools.
+    pub springs: ContactCoefficients,
     /// Tools at the substep that the gather ends.
     pub tools: &'a [ToolNow],
 }
 
 impl ParticleStep<'_> {
+    /// How solid `tools` press in a substep of these numbers.
+    pub(super) fn presses<'a>(&self, tools: &'a [ToolNow]) -> Presses<'a> {
+        Presses { tools, cutting: self.cutting, springs: self.springs }
+    }
+
     /// Distance \[m\] from a grid coordinate to the nearest tool.
     fn tool_distance(&self, x: [f64; 3], at: Moment) -> f64 {
         let x = DVec3::from_array(x);

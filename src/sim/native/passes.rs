@@ -9,6 +9,7 @@ use super::grid_step::GridReport;
 use super::kernel::{self, Tile};
 use super::nodes::local;
 use super::particle_step::ParticleStep;
+use super::penalty::Presses;
 use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split};
 use super::tags::{self, TagReport};
 use glam::IVec3;
@@ -124,15 +125,18 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
 }
 
 /// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant
-/// `stored_at`, the others fused with their gather. Returns particles clamped.
+/// `stored_at`, the others fused with their gather. The tools of the substep that begins press on the
+/// particles; at a frame's start particles away from all of them lose their anchors. Returns particles
+/// clamped and what the tools felt.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
     state: &mut State,
     grid: &Grid,
     tiles: &mut Tiles,
+    presses: &Presses<'_>,
     stored_at: Moment,
     is_gathered: &(dyn Fn(usize) -> bool + Sync),
-) -> u64 {
+) -> (u64, GridReport) {
     make_room(state, tiles);
     let table = state.table.clone();
     let lengths: Vec<usize> = state.runs.iter().map(|run| run.tagged.len()).collect();
@@ -141,27 +145,35 @@ pub(super) fn scatter(
         .zip(&mut tiles.untagged)
         .zip(split(&mut tiles.tagged, &lengths))
         .collect();
-    let clamped: Vec<u32> = tasks
+    let done: Vec<(u32, Option<GridReport>)> = tasks
         .into_par_iter()
         .with_min_len(4)
         .map(|((w, untagged), tagged)| {
             let mut clamped = 0;
+            let mut press = presses.near(w.block);
+            if press.is_none() && matches!(stored_at, Moment::Start) {
+                w.cold.iter_mut().for_each(|p| p.anchors = Default::default());
+            }
             let is_gathered = is_gathered(w.index);
             let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
             for ((key, hot, cold), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
                 if hot.is_empty() {
                     *tile = Tile::ZERO;
                 } else if is_gathered {
-                    s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, tile));
+                    s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
                 } else {
                     let velocity = arena(grid, &table, w.block, key);
-                    clamped += s.at(w.block, Moment::End, |place| kernel::g2p2g(&s.step, place, hot, cold, &velocity, tile));
+                    clamped += s.at(w.block, Moment::End, |place| {
+                        kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
+                    });
                 }
             }
-            clamped
+            (clamped, press.map(|press| press.report))
         })
         .collect();
-    clamped.into_iter().map(u64::from).sum()
+    let mut felt = GridReport::of_tools(presses.tools.len());
+    done.iter().filter_map(|(_, report)| report.as_ref()).for_each(|report| felt.add(report));
+    (done.iter().map(|(clamped, _)| u64::from(*clamped)).sum(), felt)
 }
 
 /// Sizes the tiles for the state's blocks: one each, and one for each class of tagged particles.

@@ -24,7 +24,6 @@ use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
 use super::step::Step;
 use super::tags::{TagReport, Tagged};
-use super::touching::Touching;
 use super::weld;
 use glam::DVec3;
 use std::sync::Arc;
@@ -191,11 +190,11 @@ impl Solver {
             plan.tools.iter().zip(&samples).map(|(path, samples)| now(path).sampled(plan.cutting, samples)).collect()
         };
         let coefficients = Coefficients::new(plan, &domain, dt);
-        let (step, gravity) = (Step::new(&coefficients, self.fma), coefficients.gravity);
+        let (step, gravity, springs) = (Step::new(&coefficients, self.fma), coefficients.gravity, coefficients.contact);
+        let (material, cutting) = (&plan.material, plan.cutting);
         let mut tools = tools_at(0);
         let share = |s: u32| plan.averaging_share(s, steps);
-        let first =
-            ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+        let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, tools: &tools };
         self.begin(&first, share(0), &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
@@ -205,8 +204,7 @@ impl Solver {
             if self.travel + 1.5 * speed > MARGIN {
                 self.sort(&mut tally);
             }
-            let particles =
-                ParticleStep { step, domain: &domain, material: &plan.material, cutting: plan.cutting, gravity, tools: &tools };
+            let particles = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, tools: &tools };
             let report = self.update_grid(&GridStep::new(&coefficients, plan, &domain, dt, s), &particles, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);
@@ -237,15 +235,16 @@ impl Solver {
         if self.travel > MARGIN {
             self.sort(tally);
         }
-        passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::Start, &|_| true);
+        let (_, felt) =
+            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(s.tools), Moment::Start, &|_| true);
+        tally.add_grid(&felt);
     }
 
     /// Node sums and update; sorts the particles first if the speed found would carry one off its tile.
     fn update_grid(&mut self, step: &GridStep, particles: &ParticleStep<'_>, tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
         let (domain, tools) = (self.domain, particles.tools);
-        let touching = Touching::new(&self.state, tools);
-        let meeting = Meeting { domain: &domain, tools, cutting: particles.cutting, touching: &touching };
+        let meeting = Meeting { domain: &domain, tools, cutting: particles.cutting };
         let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));
@@ -257,8 +256,7 @@ impl Solver {
         }
         if self.travel + report.speed_max > MARGIN {
             self.sort(tally);
-            let touching = Touching::new(&self.state, tools);
-            report = self.grid.update(&self.state, &self.tiles, step, &Meeting { touching: &touching, ..meeting });
+            report = self.grid.update(&self.state, &self.tiles, step, &meeting);
             report.speed_max = report.speed_max.max(ghost_speed);
         }
         tally.timings.grid += began.elapsed().as_secs_f64();
@@ -284,9 +282,14 @@ impl Solver {
             // A particle was put back further than its tile reaches.
             tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None));
             self.sort(tally);
-            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|_| true);
+            let (_, felt) =
+                passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(next), Moment::End, &|_| true);
+            tally.add_grid(&felt);
         } else {
-            tally.clamped += passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, Moment::End, &|i| near[i]);
+            let (clamped, felt) =
+                passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(next), Moment::End, &|i| near[i]);
+            tally.clamped += clamped;
+            tally.add_grid(&felt);
         }
         tally.timings.particles += began.elapsed().as_secs_f64();
     }

@@ -6,7 +6,7 @@
 
 use super::super::cut::{CutKey, SheetSet};
 use super::super::params::{BLOCK, Domain};
-use super::super::snapshot::{Particle, Tag};
+use super::super::snapshot::{ANCHORS_MAX, Anchor, Particle, Tag};
 use super::law::Sym8;
 use super::simd::F8;
 use glam::IVec3;
@@ -45,6 +45,7 @@ pub(super) struct Cold {
     pub tags: [Tag; 2],
     pub structure: f32,
     pub rest_volume: f32,
+    pub anchors: [Anchor; ANCHORS_MAX],
 }
 
 /// Elastic strains of up to eight particles, lane by lane; idle lanes are unstrained.
@@ -109,6 +110,7 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
         rest_volume: cold.rest_volume,
         id: cold.id,
         tags: cold.tags,
+        anchors: cold.anchors,
     }
 }
 
@@ -213,6 +215,7 @@ pub(super) fn convert(domain: &Domain, particles: &[Particle]) -> (Vec<Hot>, Vec
         tags: p.tags,
         structure: p.structure,
         rest_volume: p.rest_volume,
+        anchors: p.anchors,
     };
     particles.iter().map(|p| (hot(p), cold(p))).unzip()
 }

@@ -2,7 +2,7 @@
 
 use super::super::frame::FramePlan;
 use super::super::snapshot::Tag;
-use super::super::tool::spline;
+use super::super::spline::spline;
 use super::super::weld::{MEETING_SHARE, WeldRule};
 use super::grid::Grid;
 use super::law;

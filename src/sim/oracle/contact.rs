@@ -1,9 +1,9 @@
-//! Contact: clay against blades, the sides of cuts against each other, clay against solid tools, at their
-//! poses of `t + h`. Outer nodes of folded columns take no part.
+//! Contact at nodes: clay against blades at their poses of `t + h`, the sides of cuts against each other.
+//! Outer nodes of folded columns take no part. ([Solid tools](super::penalty) press on particles.)
 //!
 //! 1. **Blades**, in the plan's order: in a blade's band each field, on one side of it or the other, is
 //!    bounded by it where it reaches beyond it: one in front at nodes with distance <= [`CONTACT_OFFSET`],
-//!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool (3.). A
+//!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool (below). A
 //!    blade that sticks holds these nodes across its plane; along it, it takes each field of every node of
 //!    the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the fresh
 //!    clay's shear strength: a traction of k, shared out as the stress of clay at yield is. (Nodes that stick
@@ -15,17 +15,10 @@
 //!    where one vanishes). With `u = (v_b - v_a) . n < 0` and the reduced mass `m = m_a m_b / (m_a + m_b)`
 //!    the impulse on b is `-m u` along n and, against sliding, at most [`CUT_FRICTION`] times that (never
 //!    more than stops the sliding).
-//! 3. **Solid tools**, in the plan's order: nodes closer to the shape than [`CONTACT_OFFSET`], of a
-//!    separating tool [`TOUCH_OFFSET`](tool::TOUCH_OFFSET), get, in each field, the tool's contact with its
-//!    velocity at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)) and the shape's outward
-//!    normal. Contact: stick `v = v_t`; slip removes the relative normal velocity; separate removes it only
-//!    if negative and reduces the relative tangential speed by at most friction times the normal change. Of
-//!    that change a separating tool makes the share that the gap is closed,
-//!    [`closed_share`](tool::closed_share) of the clay that touches at the node, `sum w m_p touch_p` over a
-//!    full cell's mass and of all classes, unfolded: [`particle_touch`](tool::particle_touch) of the
-//!    particle's distance, with its place of `t`, from the nearest separating solid tool at its pose of
-//!    `t + h`. A growing ball of validation cases has its radius of `t + h` throughout the substep, and its
-//!    surface the growth along the normal.
+//!
+//! Contact at the velocity `v_t` of the blade at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)):
+//! stick `v = v_t`; slip removes the relative normal velocity; separate removes it only if negative and
+//! reduces the relative tangential speed by at most friction times the normal change.
 //!
 //! Impulses `m (v_before - v_after)` sum up on the tool.
 //!
@@ -37,7 +30,7 @@ use super::super::cut;
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid, Node};
-use super::tools::{Moment, MovingTool, Surroundings};
+use super::tools::{MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
 
 /// Bounds the fields by each blade in its band, in the plan's order; then lets those that kept cuts divide
@@ -74,10 +67,11 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
         let (normal, distance) = (band.normal * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
         if tool.path.tool.contact.sticks() {
-            let after = tool::stick(field.velocity, tool.velocity(world, normal), normal, distance, around.adhesion());
+            let after = tool::stick(field.velocity, tool.velocity(world), normal, distance, around.adhesion());
             push(field, tool, world, after, felt);
         } else if distance <= CONTACT_OFFSET {
-            touch(field, tool, world, normal, 1.0, felt);
+            let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world), normal);
+            push(field, tool, world, after, felt);
         }
     }
 }
@@ -134,36 +128,6 @@ fn exchange(node: &mut Node, a: usize, b: usize, normal: DVec3) {
 /// Share of a sliding `speed` [m/s] that friction able to take `most` [m/s] stops.
 fn friction_stop(speed: f64, most: f64) -> f64 {
     if speed > most { most / speed } else { 1.0 }
-}
-
-/// Solid tools in the plan's order act on the nodes that they cover; a separating one where the gap between
-/// clay and tool is closed.
-pub(super) fn with_solid_tools(grid: &mut Grid, around: &Surroundings, frame: &mut FrameReport) {
-    let cell_width = around.domain.cell_width;
-    let full = around.plan.inertial_density() * cell_width.powi(3);
-    for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
-        if tool.blade.is_some() {
-            continue;
-        }
-        for (coordinate, node) in grid.coordinates().zip(&mut grid.nodes) {
-            let world = around.domain.to_world(coordinate.as_dvec3());
-            let distance = tool.distance(world, Moment::End) / cell_width;
-            if node.is_outer || distance >= tool.path.tool.contact.offset() {
-                continue;
-            }
-            let share = if tool.separates() { tool::closed_share(node.touching / full, distance) } else { 1.0 };
-            for field in &mut node.fields {
-                touch(field, tool, world, tool.normal(world), share, felt);
-            }
-        }
-    }
-}
-
-/// A `share` of a tool's contact on one field at the node `world` \[m\]; the tool feels the opposite impulse.
-fn touch(field: &mut Field, tool: &MovingTool, world: DVec3, normal: DVec3, share: f64, felt: &mut ToolReport) {
-    let closed = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world, normal), normal);
-    let after = field.velocity + share * (closed - field.velocity);
-    push(field, tool, world, after, felt);
 }
 
 /// A tool brings one field at the node `world` \[m\] to the velocity `after` [m/s].

@@ -110,7 +110,7 @@ pub(super) fn velocity(particle: &Particle, touch: Touch, node: &Node, around: &
     let tool = &around.tools[band.tool];
     let world = around.domain.to_world(touch.node.as_dvec3());
     let own = particle.velocity + around.gravity_step(touch.node);
-    let ghost = contact_velocity(tool.path.tool.contact, own, tool.velocity(world, band.normal), band.normal);
+    let ghost = contact_velocity(tool.path.tool.contact, own, tool.velocity(world), band.normal);
     let mass = around.plan.inertial_density() * particle.rest_volume;
     give(frame, tool, world, band.tool, -touch.weight * mass * ghost);
     ghost

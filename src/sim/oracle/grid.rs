@@ -94,8 +94,6 @@ pub(super) struct Node {
     pub(super) classes: Classes,
     /// The same with what walls folded onto this node or away from it.
     pub(super) folded: Classes,
-    /// Mass \[kg\] of the clay that touches a separating tool.
-    pub(super) touching: f64,
     /// The sheets that divide the clay here, in their order; none at a whole node.
     pub(super) divisions: Vec<Division>,
     /// What moves apart here, in the order of [`Field::beyond`].

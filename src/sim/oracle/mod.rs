@@ -8,10 +8,11 @@
 //! |------------------------|---------------------------------------------------|------------------------|
 //! | `averaging`            | flowing particles share their cell's volume ratio | -                      |
 //! | `tags`                 | particles take and keep their side of a blade     | Eq. 1, swept           |
+//! | `penalty`              | solid tools press on particles                    | one potential          |
 //! | `p2g`                  | particles to nodes                                | Eq. 2-4, MLS-MPM, APIC |
 //! | `sides`                | which nodes cuts divide                           | Eq. 2-3, compatibility |
 //! | `walls`                | the room's walls as mirrors; momentum -> velocity | method of images       |
-//! | `contact`              | side against side, clay against tools             | Coulomb                |
+//! | `contact`              | side against side, clay against blades            | Coulomb                |
 //! | `g2p`                  | nodes to particles, advection                     | APIC                   |
 //! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |
 //! | `weld`                 | cuts grow together, once a frame                  | -                      |
@@ -19,8 +20,8 @@
 //! | `report`               | momentum, energy and volume                       | -                      |
 //!
 //! What it shares with the engines is what their comparison cannot judge: the material's yield stress
-//! (`material`), shapes, the blade's sides, `stick`, `closed_share` and `particle_touch` (`tool`),
-//! `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
+//! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact
+//! (`penalty`), `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
 //! against closed forms.
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.
@@ -35,6 +36,7 @@ mod interactive;
 pub mod law;
 mod p2g;
 mod particle;
+mod penalty;
 mod report;
 mod sides;
 mod stencil;

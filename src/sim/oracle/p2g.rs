@@ -5,32 +5,32 @@
 //! the stress impulse `-h V tau 4 / dx^2` over the mass `rho_s V`, of the Kirchhoff stress
 //! `tau = 2 mu H + lambda tr(H) I`, `H = ln(I + E) / 2`. The laws as published multiply tau by
 //! [`stress_factor_at`](super::super::material::ClayMaterial::stress_factor_at) the distance to the nearest
-//! tool at its pose of `t`. The sums of each class stay apart (compatibility of Eq. 2-3).
+//! tool at its pose of `t`. The [impulse of solid tools](super::penalty) is part of the particle's momentum:
+//! `w j` goes to each node. The sums of each class stay apart (compatibility of Eq. 2-3).
 
 use super::grid::Grid;
 use super::law;
 use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
+use glam::DVec3;
 
-/// The nodes with the mass and momentum of each class.
-pub(super) fn scatter(particles: &[Particle], around: &Surroundings) -> Grid {
+/// The nodes with the mass and momentum of each class; `impulses` \[N s\] act on the particles.
+pub(super) fn scatter(particles: &[Particle], impulses: &[DVec3], around: &Surroundings) -> Grid {
     let mut grid = Grid::about(particles.iter().map(|p| p.position));
     let cell_width = around.domain.cell_width;
     let density = around.plan.inertial_density();
-    for particle in particles {
+    for (particle, impulse) in particles.iter().zip(impulses) {
         let mass = density * particle.rest_volume;
         let stress = law::kirchhoff_stress(&around.plan.material, particle.elastic_strain) * around.stress_factor(particle);
         let affine = particle.affine - stress * (4.0 * around.plan.dt / (density * cell_width * cell_width));
-        let touching = mass * around.touch(particle);
         let key = particle.key();
         for touch in stencil(particle.position) {
             let Some(index) = grid.index(touch.node) else { continue };
             let node = &mut grid.nodes[index];
-            node.touching += touch.weight * touching;
             let sum = node.classes.of(key);
             sum.mass += touch.weight * mass;
-            sum.momentum += touch.weight * mass * (particle.velocity + affine * (touch.arm * cell_width));
+            sum.momentum += touch.weight * (mass * (particle.velocity + affine * (touch.arm * cell_width)) + *impulse);
         }
     }
     grid

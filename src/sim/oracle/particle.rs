@@ -1,7 +1,7 @@
 //! A particle in f64, and its f32 twin in the snapshot.
 
 use super::super::cut::CutKey;
-use super::super::snapshot::{self, Tag};
+use super::super::snapshot::{self, ANCHORS_MAX, Anchor, Tag};
 use glam::{DMat3, DVec3};
 
 /// What a particle carries.
@@ -25,6 +25,8 @@ pub struct Particle {
     pub id: u32,
     /// Cuts the particle stands at.
     pub tags: [Tag; 2],
+    /// Where it clings to tools: a tool's id and a place in its frame \[cells\].
+    pub anchors: [Option<(u32, DVec3)>; ANCHORS_MAX],
 }
 
 impl Particle {
@@ -40,6 +42,7 @@ impl Particle {
             rest_volume,
             id,
             tags: [Tag::default(); 2],
+            anchors: [None; ANCHORS_MAX],
         }
     }
 
@@ -57,6 +60,7 @@ impl Particle {
             rest_volume: f64::from(particle.rest_volume),
             id: particle.id,
             tags: particle.tags,
+            anchors: particle.anchors.map(|anchor| anchor.get()),
         }
     }
 
@@ -74,6 +78,7 @@ impl Particle {
             rest_volume: self.rest_volume as f32,
             id: self.id,
             tags: self.tags,
+            anchors: self.anchors.map(|anchor| anchor.map_or_else(Anchor::default, |(id, at)| Anchor::on(id, at))),
             ..snapshot::Particle::default()
         };
         particle.set_grid(self.position);

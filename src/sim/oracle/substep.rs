@@ -2,7 +2,8 @@
 //!
 //! MLS-MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015):
 //! `m_i v_i = sum_p w_ip m_p (v_p + A_p (x_i - x_p))` with `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes
-//! node velocities; gravity, walls, the two sides of cuts and tools change them; `v_p = sum_i w_ip v_i` and
+//! node velocities, with the impulses of solid tools on the particles; gravity, walls, the two sides of cuts
+//! and blades change them; `v_p = sum_i w_ip v_i` and
 //! `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next
 //! stress.
 
@@ -12,7 +13,7 @@ use super::super::params::Domain;
 use super::grid::Grid;
 use super::particle::Particle;
 use super::tools::Surroundings;
-use super::{averaging, contact, g2p, ghost, interactive, p2g, report, sides, tags, walls};
+use super::{averaging, contact, g2p, ghost, interactive, p2g, penalty, report, sides, tags, walls};
 
 /// Moves `particles` over substep `step` of the frame, of `plan.dt` \[s\], and adds to `frame` what happened.
 /// Returns the nodes.
@@ -27,7 +28,8 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
         }
     }
 
-    let mut grid = p2g::scatter(particles, &around);
+    let impulses = penalty::press(particles, &around, frame);
+    let mut grid = p2g::scatter(particles, &impulses, &around);
 
     let columns = walls::fold(&mut grid, &around);
     sides::divide(&mut grid, &around);
@@ -37,11 +39,8 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     }
     walls::set_velocities(&mut grid, &around);
     match plan.cutting {
-        CuttingMethod::TwoFields => {
-            contact::between_sides(&mut grid, &around, frame);
-            contact::with_solid_tools(&mut grid, &around, frame);
-        }
-        CuttingMethod::Published | CuttingMethod::RigidParticles => contact::with_solid_tools(&mut grid, &around, frame),
+        CuttingMethod::TwoFields => contact::between_sides(&mut grid, &around, frame),
+        CuttingMethod::Published | CuttingMethod::RigidParticles => {}
         CuttingMethod::InteractiveParticles => interactive::take_along(&mut grid, &around, frame),
     }
     walls::unfold(&mut grid, &columns);

@@ -2,7 +2,7 @@
 
 use super::super::frame::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape, particle_touch};
+use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape};
 use super::super::validation::Manufactured;
 use super::particle::Particle;
 use glam::{DVec3, IVec3};
@@ -27,8 +27,6 @@ pub(super) struct MovingTool<'a> {
     pub(super) sampled: Option<Sampled>,
     /// Its shape at the substep's end: the tool's own, but for a growing ball.
     shape: ToolShape,
-    /// Speed [m/s] at which its surface moves along the outward normal.
-    growth: f64,
 }
 
 impl MovingTool<'_> {
@@ -51,19 +49,14 @@ impl MovingTool<'_> {
         Some((distance / domain.cell_width, normal))
     }
 
-    /// Whether it is a solid tool that clay can leave.
-    pub(super) fn separates(&self) -> bool {
-        self.path.tool.separates()
-    }
-
     /// Outward normal at `world` \[m\] at the substep's end.
     pub(super) fn normal(&self, world: DVec3) -> DVec3 {
         self.motion.end.rotation * self.shape.normal(self.motion.end.to_local(world))
     }
 
-    /// Velocity [m/s] of the surface at `world` \[m\], where its outward normal is `normal`.
-    pub(super) fn velocity(&self, world: DVec3, normal: DVec3) -> DVec3 {
-        self.motion.velocity_at(world) + self.growth * normal
+    /// Velocity [m/s] of the tool at `world` \[m\].
+    pub(super) fn velocity(&self, world: DVec3) -> DVec3 {
+        self.motion.velocity_at(world)
     }
 }
 
@@ -86,9 +79,9 @@ impl<'a> Surroundings<'a> {
         let moving = |path: &'a ToolPath| {
             let motion = path.motion(start, start + plan.dt);
             let blade = path.tool.shape.outline().map(|outline| Blade::new(outline, motion, domain.cell_width));
-            let (shape, growth) = plan.validation.grown(path.tool.shape, start + plan.dt);
+            let shape = plan.validation.grown(path.tool.shape, start + plan.dt);
             let sampled = sampled(path, &motion, domain, plan);
-            MovingTool { path, motion, blade, sampled, shape, growth }
+            MovingTool { path, motion, blade, sampled, shape }
         };
         Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
     }
@@ -131,14 +124,6 @@ impl<'a> Surroundings<'a> {
     /// What multiplies the particle's stress [-], with the tools at the substep's start.
     pub(super) fn stress_factor(&self, particle: &Particle) -> f64 {
         self.plan.material.stress_factor_at(self.tool_distance(particle.position, Moment::Start), self.domain.cell_width)
-    }
-
-    /// How much the particle touches the nearest separating tool at the substep's end [-].
-    pub(super) fn touch(&self, particle: &Particle) -> f64 {
-        let world = self.domain.to_world(particle.position);
-        let distances = self.tools.iter().filter(|t| t.separates()).map(|t| t.distance(world, Moment::End));
-        let distance = distances.fold(f64::INFINITY, f64::min) / self.domain.cell_width;
-        particle_touch(distance, 0.5 * particle.rest_volume.cbrt() / self.domain.cell_width)
     }
 
     /// `position` \[cells\], or the nearest point of the room where that is outside.

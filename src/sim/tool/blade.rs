@@ -200,8 +200,8 @@ impl Blade {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::spline::spline;
     use super::super::profile::Profile;
-    use super::super::touch::spline;
     use super::*;
     use glam::{DQuat, DVec2};
 

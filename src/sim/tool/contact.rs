@@ -3,13 +3,10 @@
 use super::super::params::{Bounds, ParamsError};
 use super::super::variants::variants;
 use super::shape::ToolShape;
-use super::touch::TOUCH_OFFSET;
 use serde::{Deserialize, Serialize};
 
-/// Offset of contact \[cells\]: nodes closer than this to a solid shape, or less than this before a blade, take
-/// part in the contact, so that the clay's outer face rests on the drawn surface. With 0 the face ends 0.26
-/// (box) to 0.42 cells (ball) inside the shape, with 1.5 it is held off by 1.0 to 1.2; `validate physics`
-/// measures it again (cases `tool offset`).
+/// Offset of contact with a blade \[cells\]: nodes less than this before it take part, so that the clay's face
+/// rests on the blade.
 pub const CONTACT_OFFSET: f64 = 0.4;
 
 /// Friction between the two sides of a kept cut [-]: clay on clay slides at about 27 degrees.
@@ -20,10 +17,11 @@ pub const CUT_FRICTION: f64 = 0.5;
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Contact {
-    /// The clay moves with the tool. Along a blade it slides where more than its shear strength would be
-    /// needed to take it along.
+    /// The clay moves with the tool. It slides, and comes off, where more than its shear strength would be
+    /// needed to take it along. (Off a blade it does not come.)
     Stick,
-    /// The clay slides along the tool without friction and cannot leave it.
+    /// The clay slides along the tool without friction, and leaves it where more than its shear strength would
+    /// be needed to hold it. (A blade it does not leave.)
     Slip,
     /// The clay can leave; while pressed it slides against Coulomb friction.
     Separate {
@@ -60,11 +58,6 @@ impl Contact {
             Self::Slip | Self::Separate { .. } => false,
         }
     }
-
-    /// Nodes closer than this \[cells\] to a solid tool take part in its contact.
-    pub(crate) fn offset(&self) -> f64 {
-        if self.can_part() { TOUCH_OFFSET } else { CONTACT_OFFSET }
-    }
 }
 
 /// Coulomb coefficients: rubber on rock has 1 or 2. Clay that should not slide at all sticks.
@@ -87,11 +80,6 @@ pub struct Tool {
 }
 
 impl Tool {
-    /// Whether it is a solid tool that clay can leave.
-    pub(crate) fn separates(&self) -> bool {
-        !self.shape.is_blade() && self.contact.can_part()
-    }
-
     /// Checks shape and contact.
     ///
     /// # Errors

@@ -7,7 +7,6 @@ mod path;
 mod profile;
 mod sampled;
 mod shape;
-mod touch;
 
 pub(crate) use blade::TRACTION_REACH_MIN;
 pub use blade::{BAND, Blade, Near, SET_BACK, stick, traction_share};
@@ -17,5 +16,3 @@ pub use path::{Motion, Pose, PoseSample, ToolPath};
 pub use profile::{PROFILE_POINTS, Profile};
 pub(crate) use sampled::{SPACING, Sample, Sampled, samples};
 pub use shape::ToolShape;
-pub(crate) use touch::{LAYER_DEPTH, spline};
-pub use touch::{TOUCH_FADE, TOUCH_OFFSET, TOUCH_SHARE, closed_share, particle_touch};

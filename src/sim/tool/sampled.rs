@@ -2,11 +2,11 @@
 //! particles (Deng et al.).
 
 use super::super::cutting::CuttingMethod;
+use super::super::spline::spline;
 use super::outline::Outline;
 use super::path::Motion;
 use super::profile::Profile;
 use super::shape::ToolShape;
-use super::touch::spline;
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 

@@ -41,6 +41,8 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_REST_VOLUME] = records[from_ + RECORD_REST_VOLUME];
     stored[r + RECORD_ID] = records[from_ + RECORD_ID];
     stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
+    // These passes press on nodes and keep no anchors.
+    for (var word = RECORD_ANCHORS; word < RECORD_WORDS; word++) { stored[r + word] = 0u; }
 
     let tags = bitcast<u32>(velocity.w);
     if (tags & 0xff00u) != 0u { atomicOr(&status.sheets[(tags & 255u) / 32u], 1u << (tags & 31u)); }

@@ -25,8 +25,6 @@ pub(super) struct Block<'a> {
     pub(super) is_outer: [bool; 64],
     /// Where nodes are incompatible with each class, under the methods that know such; else none.
     pub(super) ghosts: Vec<Ghosts>,
-    /// Masses of the clay that touches separating tools.
-    pub(super) touching: [f32; 64],
     /// Gravity and other body forces at each node.
     pub(super) gravity: [DVec3; 64],
     /// The masses about the block on either side of each sheet that divides one of its nodes in two.
@@ -148,7 +146,7 @@ impl<'a> Block<'a> {
             report.damping_impulse = own().map(|(s, g)| s.momentum + s.mass * g).sum::<DVec3>() * (step.damping - 1.0);
             report.body_impulse = own().map(|(s, g)| s.mass * (g - step.gravity)).sum();
         }
-        let (pushed, touching) = ([DVec3::ZERO; 64], meeting.touching.of_block(block));
+        let pushed = [DVec3::ZERO; 64];
         Self {
             classes,
             divisions,
@@ -159,7 +157,6 @@ impl<'a> Block<'a> {
             pushed,
             is_outer,
             ghosts,
-            touching,
             gravity,
             about: vec![],
             masses_of,

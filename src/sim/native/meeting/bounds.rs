@@ -3,7 +3,6 @@
 use super::super::super::cutting::CuttingMethod;
 use super::super::super::params::{BLOCK, Domain};
 use super::super::contact::ToolNow;
-use super::super::touching::Touching;
 use glam::IVec3;
 
 /// Walls and tools of one substep.
@@ -13,15 +12,21 @@ pub(in super::super) struct Meeting<'a> {
     pub tools: &'a [ToolNow],
     /// How tools act on the clay.
     pub cutting: CuttingMethod,
-    /// Where separating tools touch.
-    pub touching: &'a Touching,
 }
 
 impl Meeting<'_> {
-    /// Whether a wall stands in the block or a tool is near it.
+    /// Solid tools press on particles; but for the method that makes them nodes' masses.
+    fn acts_on_nodes(&self, tool: &ToolNow) -> bool {
+        match self.cutting {
+            CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => tool.blade.is_some(),
+            CuttingMethod::InteractiveParticles => true,
+        }
+    }
+
+    /// Whether a wall stands in the block or a tool that acts on nodes is near it.
     pub(in super::super) fn concerns(&self, block: IVec3) -> bool {
         let (low, high) = self.domain.wall_nodes();
         let is_at_wall = |w: IVec3| (w / BLOCK).cmpeq(block).any();
-        is_at_wall(low) || is_at_wall(high) || self.tools.iter().any(|t| t.is_near_block(block))
+        is_at_wall(low) || is_at_wall(high) || self.tools.iter().any(|t| self.acts_on_nodes(t) && t.is_near_block(block))
     }
 }

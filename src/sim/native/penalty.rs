@@ -1,0 +1,93 @@
+//! Solid tools press on the particles of a block, beside its scatter: the [law of
+//! contact](super::super::penalty) in cells, substeps and eighths of a full cell's mass. In f64, one particle
+//! after the other.
+
+use super::super::coefficients::ContactCoefficients;
+use super::super::cutting::CuttingMethod;
+use super::super::penalty::{BOND_REACH, Springs, Surface, area, reach};
+use super::super::snapshot::{ANCHORS_MAX, Anchor};
+use super::contact::ToolNow;
+use super::grid_step::GridReport;
+use super::state::{Cold, Hot, unpack_cell};
+use glam::{DVec3, IVec3};
+
+/// The solid tools of a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Presses<'a> {
+    pub tools: &'a [ToolNow],
+    pub cutting: CuttingMethod,
+    pub springs: ContactCoefficients,
+}
+
+impl<'a> Presses<'a> {
+    /// The press of the tools near `block`, if there are any.
+    pub(super) fn near(&self, block: IVec3) -> Option<Press<'a>> {
+        let presses = match self.cutting {
+            CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
+            CuttingMethod::InteractiveParticles => false,
+        };
+        let is_near = |t: &&(usize, &'a ToolNow)| presses && t.1.blade.is_none() && t.1.is_near_block(block);
+        let tools: Vec<_> = self.tools.iter().enumerate().filter(|t| is_near(&t)).collect();
+        let report = || GridReport::of_tools(self.tools.len());
+        (!tools.is_empty()).then(|| Press { tools, springs: self.springs, report: report() })
+    }
+}
+
+/// The solid tools near a block, and what they felt of it.
+#[derive(Debug)]
+pub(super) struct Press<'a> {
+    tools: Vec<(usize, &'a ToolNow)>,
+    springs: ContactCoefficients,
+    pub report: GridReport,
+}
+
+impl Press<'_> {
+    /// The velocity [cells/substep] that the tools give to a particle; moves its anchors.
+    #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+    pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold) -> [f32; 3] {
+        let cell = IVec3::from_array(unpack_cell(hot.cell));
+        let at = cell.as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        // A particle's mass is its rest volume over an eighth of a cell.
+        let mass = f64::from(hot.mass);
+        let volume = mass / 8.0;
+        let reach = reach(volume);
+        let mut velocity = [0.0; 3];
+        let (mut anchors, mut count) = ([Anchor::default(); ANCHORS_MAX], 0);
+        let mut springs = None;
+        for &(index, tool) in &self.tools {
+            let pose = tool.motion.end;
+            let local = pose.to_local(at);
+            let gap = tool.shape.distance(local) - reach;
+            if gap >= BOND_REACH {
+                continue;
+            }
+            let springs = springs.get_or_insert_with(|| self.springs.of(area(volume)));
+            let surface = Surface { contact: tool.contact, gap, normal: pose.rotation * tool.shape.normal(local) };
+            let before = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
+            let Some(touch) = springs.touch(&surface, at, before.map(|anchor| pose.to_world(anchor.1))) else { continue };
+            if let Some(to) = anchors.get_mut(count) {
+                *to = Anchor::on(tool.id, pose.to_local(touch.anchor));
+                count += 1;
+            }
+            // What the tool feels is what the clay gets, to the last bit.
+            let given = (touch.force / mass).as_vec3();
+            velocity = std::array::from_fn(|d| velocity[d] + given[d]);
+            self.report.give(index, tool, at, -mass * given.as_dvec3());
+            self.report.tools[index].2 += 1;
+        }
+        cold.anchors = anchors;
+        velocity
+    }
+}
+
+impl ContactCoefficients {
+    /// The springs of a particle that bears with `area` [cells^2].
+    fn of(&self, area: f64) -> Springs {
+        Springs {
+            normal: self.normal * area,
+            tangential: self.tangential * area,
+            strength: self.strength * area,
+            bond_reach: BOND_REACH,
+        }
+    }
+}
