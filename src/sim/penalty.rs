@@ -13,6 +13,10 @@
 //! bear more than `mu N` ([`Contact::Separate`]) or k on `A_p` ([`Contact::Stick`]). No velocity enters: a
 //! bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
 //!
+//! Clay that a surface is found to stand in, deeper than [`FOUND_DEPTH`] and untouched before, was not
+//! pressed: a tool has been put there. It comes out at [`EJECTION_SPEED`] at most, where the springs would fling
+//! it off, and clings to nothing until then.
+//!
 //! Why not at nodes: which nodes are inside a shape changes as its face passes planes of nodes, and the force
 //! with it, by a third within a tenth of a cell. Penalty at the particles of
 //! GIMP: Bird et al. 2024; contact at particles as one variational term: Li et al. 2021, BFEMP (arXiv
@@ -30,6 +34,13 @@ pub const TANGENTIAL_STIFFNESS: f64 = 2.0;
 
 /// Gap \[cells\] at which clay lets go of a surface that it can not part from: half a full particle's edge.
 pub const BOND_REACH: f64 = 0.25;
+
+/// Depth \[cells\] from which on clay that has not touched a surface before is found in it: a tool moves by a
+/// tenth of a cell in a substep at most.
+pub const FOUND_DEPTH: f64 = 0.1;
+
+/// Speed [cells/substep] at which clay found in a surface comes out.
+pub const EJECTION_SPEED: f64 = 0.05;
 
 /// How far the clay of a particle of rest volume `volume` [cells^3] reaches about its centre \[cells\]: what was
 /// carved from a full particle, an eighth of a cell, is a thinner slab, what is larger a cube.
@@ -51,8 +62,12 @@ pub(crate) struct Springs {
     pub(crate) tangential: f64,
     /// The clay's shear strength on `A_p`, a force.
     pub(crate) strength: f64,
-    /// [`BOND_REACH`] as a length.
-    pub(crate) bond_reach: f64,
+    /// The particle's mass over the substep, force per velocity.
+    pub(crate) inertia: f64,
+    /// A cell as a length.
+    pub(crate) cell: f64,
+    /// A cell a substep as a velocity.
+    pub(crate) speed: f64,
 }
 
 /// A surface before a particle.
@@ -64,6 +79,8 @@ pub(crate) struct Surface {
     pub(crate) gap: f64,
     /// Unit normal of the surface, towards the particle.
     pub(crate) normal: DVec3,
+    /// Velocity of the particle against the surface, along the normal.
+    pub(crate) leaving: f64,
 }
 
 /// What a surface does to a particle that it touches.
@@ -71,8 +88,8 @@ pub(crate) struct Surface {
 pub(crate) struct Touch {
     /// Force on the particle.
     pub(crate) force: DVec3,
-    /// Where the anchor now is, in the frame of the particle's place.
-    pub(crate) anchor: DVec3,
+    /// Where the anchor now is, in the frame of the particle's place; none of what was found in the surface.
+    pub(crate) anchor: Option<DVec3>,
 }
 
 impl Springs {
@@ -80,10 +97,14 @@ impl Springs {
     /// None where they do not touch: then there is no anchor any more.
     pub(crate) fn touch(&self, surface: &Surface, at: DVec3, anchor: Option<DVec3>) -> Option<Touch> {
         let is_bonded = anchor.is_some() && !surface.contact.can_part();
-        if surface.gap >= if is_bonded { self.bond_reach } else { 0.0 } {
+        if surface.gap >= if is_bonded { BOND_REACH * self.cell } else { 0.0 } {
             return None;
         }
         let push = self.push(surface.gap);
+        if anchor.is_none() && surface.gap < -FOUND_DEPTH * self.cell {
+            let most = self.inertia * (EJECTION_SPEED * self.speed - surface.leaving).max(0.0);
+            return Some(Touch { force: push.min(most) * surface.normal, anchor: None });
+        }
         let most = match surface.contact {
             Contact::Stick => self.strength,
             Contact::Slip => 0.0,
@@ -94,7 +115,7 @@ impl Springs {
         // The strength of elastic clay is infinite.
         let kept = if wanted > most { slip * (most / wanted) } else { slip };
         let anchor = if wanted > most { at - kept } else { anchor.unwrap_or(at) };
-        Some(Touch { force: push * surface.normal - self.tangential * kept, anchor })
+        Some(Touch { force: push * surface.normal - self.tangential * kept, anchor: Some(anchor) })
     }
 
     /// The force along the normal at a gap: the slope of the potential, downwards.
@@ -107,11 +128,11 @@ impl Springs {
 mod tests {
     use super::*;
 
-    const SPRINGS: Springs = Springs { normal: 40.0, tangential: 20.0, strength: 1.5, bond_reach: 0.25 };
+    const SPRINGS: Springs = Springs { normal: 40.0, tangential: 20.0, strength: 1.5, inertia: 2.0, cell: 1.0, speed: 1.0 };
     const SEPARATE: Contact = Contact::Separate { friction: 0.3 };
 
     fn floor(contact: Contact, at: DVec3) -> Surface {
-        Surface { contact, gap: at.y, normal: DVec3::Y }
+        Surface { contact, gap: at.y, normal: DVec3::Y, leaving: 0.0 }
     }
 
     fn touch(contact: Contact, at: DVec3, anchor: Option<DVec3>) -> Option<Touch> {
@@ -137,7 +158,7 @@ mod tests {
         for at in [DVec3::new(0.02, -0.3, 0.01), DVec3::new(0.02, 0.01, 0.01), DVec3::new(-0.03, 0.2, 0.01)] {
             let anchor = DVec3::new(0.01, 0.0, -0.01);
             let found = touch(Contact::Stick, at, Some(anchor)).expect("a touch");
-            assert_eq!(found.anchor, anchor, "it holds");
+            assert_eq!(found.anchor, Some(anchor), "it holds");
             let slope = |axis: DVec3| (energy(at - 1e-6 * axis, anchor) - energy(at + 1e-6 * axis, anchor)) / 2e-6;
             let by_differences = DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z));
             assert!((found.force - by_differences).length() < 1e-6, "{at}: {} {by_differences}", found.force);
@@ -153,7 +174,7 @@ mod tests {
             let at = DVec3::new(1e-3 * f64::from(i), -0.1, 0.0);
             let found = touch(SEPARATE, at, anchor).expect("a touch");
             forces.push(found.force);
-            anchor = Some(found.anchor);
+            anchor = found.anchor;
         }
         let (normal, give) = (4.0, 0.3 * 4.0 / 20.0);
         assert!((forces[30] - DVec3::new(-20.0 * 0.03, normal, 0.0)).length() < 1e-12, "it holds: {}", forces[30]);
@@ -184,7 +205,24 @@ mod tests {
         let elastic = Springs { strength: f64::INFINITY, ..SPRINGS };
         let at = DVec3::new(1.0, 0.2, 0.0);
         let held = elastic.touch(&floor(Contact::Stick, at), at, anchor).expect("a touch");
-        assert_eq!((held.force, held.anchor), (DVec3::new(-20.0, -8.0, 0.0), DVec3::ZERO));
+        assert_eq!((held.force, held.anchor), (DVec3::new(-20.0, -8.0, 0.0), anchor));
+    }
+
+    /// What is found deep in a surface is pushed out at the speed of ejection, however it came there; what has
+    /// touched it before, or is hardly in it, bears the spring.
+    #[test]
+    fn clay_found_in_a_surface_comes_out_slowly() {
+        let depth = |gap, leaving, anchor| {
+            let surface = Surface { leaving, ..floor(SEPARATE, DVec3::Y * gap) };
+            let found = SPRINGS.touch(&surface, DVec3::Y * gap, anchor).expect("a touch");
+            (found.force.y, found.anchor.is_some())
+        };
+        let speed_after = |leaving| leaving + depth(-3.0, leaving, None).0 / SPRINGS.inertia;
+        assert_eq!(depth(-3.0, -0.2, None), (SPRINGS.inertia * 0.25, false));
+        assert!((speed_after(-0.2) - EJECTION_SPEED).abs() < 1e-15 && speed_after(0.5) == 0.5);
+        assert_eq!(depth(-0.101, -9.0, None), (40.0 * 0.101, false), "no more than the spring");
+        assert_eq!(depth(-0.1, 0.5, None), (4.0, true));
+        assert_eq!(depth(-3.0, 0.5, Some(DVec3::ZERO)), (120.0, true));
     }
 
     /// A full particle is a cube of half a cell; what is carved from it is thinner, in proportion.

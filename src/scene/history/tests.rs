@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 fn canonical(state: &Snapshot) -> Snapshot {
     let mut state = Snapshot { forecasts: None, ..state.clone() };
     state.particles.sort_by_key(|p| p.id);
-    state.particles.iter_mut().for_each(|p| (p.velocity, p.affine) = Default::default());
+    state.particles.iter_mut().for_each(|p| (p.velocity, p.affine, p.anchors) = Default::default());
     state
 }
 
@@ -26,7 +26,8 @@ fn word() -> impl Strategy<Value = u32> {
 
 /// A particle of any numbers.
 fn particle() -> impl Strategy<Value = Particle> {
-    (prop::array::uniform29(word()), 0u32..12).prop_map(|(words, id)| Particle { id, ..bytemuck::cast(words) })
+    let words = prop::collection::vec(word(), size_of::<Particle>() / 4);
+    (words, 0u32..12).prop_map(|(words, id)| Particle { id, ..bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words)) })
 }
 
 /// Clay of a few particles in any order; ids now and then twice.

@@ -13,6 +13,7 @@ use super::penalty::Press;
 use super::simd::{F8, Node, V4};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
 use super::step::Step;
+use glam::DVec3;
 
 /// Nodes along a tile's x and y, and its padded z.
 pub(super) const TILE: usize = 7;
@@ -313,7 +314,8 @@ fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced) 
 fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], velocity: &mut [F8; 3]) {
     let Some(press) = press else { return };
     for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
-        let given = press.on(hot, cold);
+        let own = DVec3::from_array([0, 1, 2].map(|d| f64::from(velocity[d].0[k])));
+        let given = press.on(hot, cold, own);
         for d in 0..3 {
             velocity[d].0[k] += given[d];
         }

@@ -42,16 +42,16 @@ pub(super) struct Press<'a> {
 }
 
 impl Press<'_> {
-    /// The velocity [cells/substep] that the tools give to a particle; moves its anchors.
+    /// The velocity [cells/substep] that the tools give to a particle with `velocity`; moves its anchors.
     #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
-    pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold) -> [f32; 3] {
+    pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold, velocity: DVec3) -> [f32; 3] {
         let cell = IVec3::from_array(unpack_cell(hot.cell));
         let at = cell.as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
         // A particle's mass is its rest volume over an eighth of a cell.
         let mass = f64::from(hot.mass);
         let volume = mass / 8.0;
         let reach = reach(volume);
-        let mut velocity = [0.0; 3];
+        let mut sum = [0.0; 3];
         let (mut anchors, mut count) = ([Anchor::default(); ANCHORS_MAX], 0);
         let mut springs = None;
         for &(index, tool) in &self.tools {
@@ -61,33 +61,38 @@ impl Press<'_> {
             if gap >= BOND_REACH {
                 continue;
             }
-            let springs = springs.get_or_insert_with(|| self.springs.of(area(volume)));
-            let surface = Surface { contact: tool.contact, gap, normal: pose.rotation * tool.shape.normal(local) };
+            let springs = springs.get_or_insert_with(|| self.springs.of(volume));
+            let normal = pose.rotation * tool.shape.normal(local);
+            let leaving = normal.dot(velocity - tool.motion.velocity_at(at));
+            let surface = Surface { contact: tool.contact, gap, normal, leaving };
             let before = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
             let Some(touch) = springs.touch(&surface, at, before.map(|anchor| pose.to_world(anchor.1))) else { continue };
-            if let Some(to) = anchors.get_mut(count) {
-                *to = Anchor::on(tool.id, pose.to_local(touch.anchor));
+            if let (Some(to), Some(anchor)) = (anchors.get_mut(count), touch.anchor) {
+                *to = Anchor::on(tool.id, pose.to_local(anchor));
                 count += 1;
             }
             // What the tool feels is what the clay gets, to the last bit.
             let given = (touch.force / mass).as_vec3();
-            velocity = std::array::from_fn(|d| velocity[d] + given[d]);
+            sum = std::array::from_fn(|d| sum[d] + given[d]);
             self.report.give(index, tool, at, -mass * given.as_dvec3());
             self.report.tools[index].2 += 1;
         }
         cold.anchors = anchors;
-        velocity
+        sum
     }
 }
 
 impl ContactCoefficients {
-    /// The springs of a particle that bears with `area` [cells^2].
-    fn of(&self, area: f64) -> Springs {
+    /// The springs of a particle of rest volume `volume` [cells^3].
+    fn of(&self, volume: f64) -> Springs {
+        let area = area(volume);
         Springs {
             normal: self.normal * area,
             tangential: self.tangential * area,
             strength: self.strength * area,
-            bond_reach: BOND_REACH,
+            inertia: 8.0 * volume,
+            cell: 1.0,
+            speed: 1.0,
         }
     }
 }

@@ -12,7 +12,7 @@
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;
-use super::super::penalty::{BOND_REACH, NORMAL_STIFFNESS, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
+use super::super::penalty::{NORMAL_STIFFNESS, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
 use super::super::snapshot::ANCHORS_MAX;
 use super::particle::Particle;
 use super::tools::{Moment, Surroundings};
@@ -32,17 +32,19 @@ fn press_on(particle: &mut Particle, around: &Surroundings, frame: &mut FrameRep
     let cell_width = around.domain.cell_width;
     let world = around.domain.to_world(particle.position);
     let volume = particle.rest_volume / cell_width.powi(3);
-    let springs = springs(volume, around);
+    let springs = springs(particle.rest_volume, around);
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
     for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.blade.is_none()) {
         let (pose, id) = (tool.motion.end, tool.path.id);
         let gap = tool.distance(world, Moment::End) - reach(volume) * cell_width;
-        let surface = Surface { contact: tool.path.tool.contact, gap, normal: tool.normal(world) };
+        let normal = tool.normal(world);
+        let leaving = normal.dot(particle.velocity - tool.velocity(world));
+        let surface = Surface { contact: tool.path.tool.contact, gap, normal, leaving };
         let before = particle.anchors.iter().flatten().find(|anchor| anchor.0 == id);
         let Some(touch) = springs.touch(&surface, world, before.map(|anchor| pose.to_world(anchor.1 * cell_width))) else {
             continue;
         };
-        anchors.push((id, pose.to_local(touch.anchor) / cell_width));
+        anchors.extend(touch.anchor.map(|at| (id, pose.to_local(at) / cell_width)));
         let given = touch.force * around.plan.dt;
         impulse += given;
         felt.impulse -= given;
@@ -54,15 +56,17 @@ fn press_on(particle: &mut Particle, around: &Surroundings, frame: &mut FrameRep
     impulse
 }
 
-/// The springs of a particle of rest volume `volume` [cells^3], in N and m.
+/// The springs of a particle of rest volume `volume` [m^3], in SI units.
 fn springs(volume: f64, around: &Surroundings) -> Springs {
     let (material, cell_width) = (&around.plan.material, around.domain.cell_width);
     let modulus = material.lame_lambda() + 2.0 * material.lame_mu();
-    let area = area(volume) * cell_width * cell_width;
+    let area = area(volume / cell_width.powi(3)) * cell_width * cell_width;
     Springs {
         normal: NORMAL_STIFFNESS * modulus * area / cell_width,
         tangential: TANGENTIAL_STIFFNESS * modulus * area / cell_width,
         strength: material.shear_strength() * area,
-        bond_reach: BOND_REACH * cell_width,
+        inertia: around.plan.inertial_density() * volume / around.plan.dt,
+        cell: cell_width,
+        speed: cell_width / around.plan.dt,
     }
 }
