@@ -10,7 +10,8 @@
 //! by the same stiffness, at most by the clay's shear strength k on `A_p`, until the gap is [`BOND_REACH`].
 //!
 //! Friction is a spring of `A_p k_t / dx` to an anchor on the surface, which slides where the spring would
-//! bear more than `mu N` ([`Contact::Separate`]) or k on `A_p` ([`Contact::Stick`]). No velocity enters: a
+//! bear more than `mu N` ([`Contact::Separate`]), or k on `A_p` and [`STICK_FRICTION`] N, the push alone, beside
+//! it ([`Contact::Stick`]). No velocity enters: a
 //! bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
 //!
 //! Clay that a surface is found to stand in, deeper than [`FOUND_DEPTH`] and untouched before, was not
@@ -31,6 +32,10 @@ pub const NORMAL_STIFFNESS: f64 = 4.0;
 
 /// Tangential stiffness k_t over M [-].
 pub const TANGENTIAL_STIFFNESS: f64 = 2.0;
+
+/// Friction of a sticking surface [-], beside its adhesion: clay under pressure yields before it slides. With
+/// adhesion alone it slid off the edge of a sticking punch that friction of 0.3 kept it on.
+pub const STICK_FRICTION: f64 = 2.0;
 
 /// Gap \[cells\] at which clay lets go of a surface that it can not part from: half a full particle's edge.
 pub const BOND_REACH: f64 = 0.25;
@@ -106,7 +111,7 @@ impl Springs {
             return Some(Touch { force: push.min(most) * surface.normal, anchor: None });
         }
         let most = match surface.contact {
-            Contact::Stick => self.strength,
+            Contact::Stick => self.strength + STICK_FRICTION * push.max(0.0),
             Contact::Slip => 0.0,
             Contact::Separate { friction } => friction * push,
         };
@@ -201,7 +206,9 @@ mod tests {
             assert_eq!(touch(contact, DVec3::Y * 1e-9, None), None, "it never touched");
         }
         let along = |contact| touch(contact, DVec3::new(1.0, -0.1, 0.0), anchor).expect("a touch").force.x;
-        assert_eq!([along(Contact::Stick), along(Contact::Slip)], [-1.5, 0.0]);
+        assert_eq!([along(Contact::Stick), along(Contact::Slip)], [-1.5 - 2.0 * 4.0, 0.0]);
+        let pulled = touch(Contact::Stick, DVec3::new(1.0, 0.1, 0.0), anchor).expect("a touch");
+        assert_eq!(pulled.force, DVec3::new(-1.5, -1.5, 0.0));
         let elastic = Springs { strength: f64::INFINITY, ..SPRINGS };
         let at = DVec3::new(1.0, 0.2, 0.0);
         let held = elastic.touch(&floor(Contact::Stick, at), at, anchor).expect("a touch");
