@@ -32,6 +32,24 @@ fn solid_tools_agree() {
 }
 
 #[test]
+fn found_tools_agree() {
+    assert_all(agreement::found_tools());
+}
+
+/// Each particle clings to two tools at most, some to two.
+#[test]
+fn tools_in_a_corner_agree() {
+    let cases = agreement::tools_in_a_corner();
+    for Agreement { case, name, .. } in &cases {
+        let mut oracle = Oracle::new(&case.snapshot);
+        oracle.run(&case.plan);
+        let clinging = oracle.particles.iter().filter(|p| p.anchors.iter().all(Option::is_some)).count();
+        assert!(clinging > 20, "{name}: {clinging}");
+    }
+    assert_all(cases);
+}
+
+#[test]
 fn blades_agree() {
     assert_all(agreement::blades());
 }
