@@ -3,7 +3,8 @@
 //! The lattice has one point per particle in the middle of a cube of edge `spacing`; it begins at the low
 //! corner of all solids, so that a box of whole cells gets whole cubes. A cube that a surface may pass
 //! through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside fraction of the cube's volume
-//! and stands at the middle of the samples inside. One factor, the same for all particles, then makes the sum
+//! and stands at the middle of the samples inside. Whole cubes jitter, but not across a face beyond which there
+//! is less than a whole cube: clay's outermost layer is as even as its surface. One factor, the same for all particles, then makes the sum
 //! of volumes that of the solids; overlapping solids count once.
 
 use super::solid::{MeshSolid, Solid};
@@ -172,8 +173,8 @@ impl Sampled<'_> {
 /// What one layer of the lattice gives; sums are whole numbers of samples, so their order does not matter.
 #[derive(Clone, Debug, Default)]
 struct Layer {
-    /// Position and samples inside.
-    points: Vec<(DVec3, u32)>,
+    /// Cube, position and samples inside.
+    points: Vec<(IVec3, DVec3, u32)>,
     samples: u64,
     samples_per_solid: Vec<u64>,
     particles_per_solid: Vec<usize>,
@@ -208,16 +209,26 @@ fn mixed(number: u64) -> u64 {
     c ^ (c >> 31)
 }
 
+/// The middle of what of a cube is inside.
+fn middle(lattice: &Lattice, cube: IVec3, mask: u32) -> DVec3 {
+    let center = lattice.center(cube);
+    if mask == FULL {
+        return center;
+    }
+    let inside = (0..WHOLE).filter(|bit| mask >> bit & 1 == 1);
+    inside.map(|bit| lattice.sample(center, bit)).sum::<DVec3>() / f64::from(mask.count_ones())
+}
+
 impl Fill {
-    /// Displacement of the particle at lattice point `index`, over the spacing: a function of seed and index
-    /// alone.
+    /// Displacement of the particle at lattice point `index` inside the clay, over the spacing: a function of
+    /// seed and index alone.
     fn displacement(&self, index: usize) -> DVec3 {
         let bits = [1, 2, 3].map(|axis| mixed(mixed(self.seed ^ axis << 62) ^ index as u64));
         let unit = bits.map(|b| (b >> 11) as f64 / (1u64 << 53) as f64);
         (DVec3::from_array(unit) * 2.0 - 1.0) * self.jitter
     }
 
-    fn layer(&self, lattice: &Lattice, solids: &[Sampled], z: i32) -> Layer {
+    fn layer(lattice: &Lattice, solids: &[Sampled], z: i32) -> Layer {
         let mut layer = Layer::new(solids.len());
         let mut masks = vec![0u32; solids.len()];
         for y in 0..lattice.count.y {
@@ -233,7 +244,7 @@ impl Fill {
                 }
                 layer.samples += u64::from(union.count_ones());
                 if union.count_ones() >= SAMPLES_MIN {
-                    layer.points.push((self.position(lattice, cube, union), union.count_ones()));
+                    layer.points.push((cube, middle(lattice, cube, union), union.count_ones()));
                     layer.particles_per_solid.iter_mut().zip(&masks).for_each(|(count, mask)| *count += usize::from(*mask != 0));
                 }
             }
@@ -241,14 +252,19 @@ impl Fill {
         layer
     }
 
-    /// Where the particle of a cube stands: at its jittered middle, or at the middle of what is inside.
-    fn position(&self, lattice: &Lattice, cube: IVec3, mask: u32) -> DVec3 {
-        let center = lattice.center(cube);
-        if mask == FULL {
-            return center + self.displacement(lattice.index(cube)) * self.spacing;
-        }
-        let inside = (0..WHOLE).filter(|bit| mask >> bit & 1 == 1);
-        inside.map(|bit| lattice.sample(center, bit)).sum::<DVec3>() / f64::from(mask.count_ones())
+    /// Displaces the points of whole cubes; along an axis only those with a whole cube on either side.
+    fn displace(&self, lattice: &Lattice, points: &mut [(IVec3, DVec3, u32)]) {
+        let mut is_whole = vec![false; lattice.count.as_usizevec3().element_product()];
+        points.iter().filter(|point| point.2 == WHOLE).for_each(|point| is_whole[lattice.index(point.0)] = true);
+        let is_whole_at = |cube: IVec3| {
+            let is_inside = cube.cmpge(IVec3::ZERO).all() && cube.cmplt(lattice.count).all();
+            is_inside && is_whole[lattice.index(cube)]
+        };
+        points.par_iter_mut().filter(|point| point.2 == WHOLE).for_each(|(cube, position, _)| {
+            let shift = self.displacement(lattice.index(*cube)) * self.spacing;
+            let is_between = IVec3::AXES.map(|axis| is_whole_at(*cube - axis) && is_whole_at(*cube + axis));
+            *position += DVec3::select(glam::BVec3::from_array(is_between), shift, DVec3::ZERO);
+        });
     }
 
     /// Fills the union of `solids`. The points come in lattice order, x fastest, and do not depend on the
@@ -260,8 +276,9 @@ impl Fill {
             _ => Vec::new(),
         };
         let sampled: Vec<_> = solids.iter().map(|solid| Sampled { solid, bounds: solid.bounds(), shell: shell(solid) }).collect();
-        let layers: Vec<_> = (0..lattice.count.z).into_par_iter().map(|z| self.layer(&lattice, &sampled, z)).collect();
-        let all = layers.into_iter().fold(Layer::new(solids.len()), Layer::append);
+        let layers: Vec<_> = (0..lattice.count.z).into_par_iter().map(|z| Self::layer(&lattice, &sampled, z)).collect();
+        let mut all = layers.into_iter().fold(Layer::new(solids.len()), Layer::append);
+        self.displace(&lattice, &mut all.points);
         let cube = self.spacing.powi(3);
         let volume_of = |samples: u64| samples as f64 / f64::from(WHOLE) * cube;
         let volumes = all.samples_per_solid.iter().map(|samples| volume_of(*samples));
@@ -271,10 +288,10 @@ impl Fill {
         // Solids that overlap count once: the sampled union, corrected by what sampling got wrong of the
         // solids one by one.
         let target = volume_of(all.samples) * if sampled_sum > 0.0 { exact_sum / sampled_sum } else { 1.0 };
-        let kept: u64 = all.points.iter().map(|(_, samples)| u64::from(*samples)).sum();
+        let kept: u64 = all.points.iter().map(|point| u64::from(point.2)).sum();
         let factor = if kept > 0 { target / volume_of(kept) } else { 1.0 };
         let volume = |samples: u32| f64::from(samples) / f64::from(WHOLE) * cube * factor;
-        let points: Vec<_> = all.points.iter().map(|(p, s)| FilledPoint { position: *p, volume: volume(*s) }).collect();
+        let points: Vec<_> = all.points.iter().map(|(_, p, s)| FilledPoint { position: *p, volume: volume(*s) }).collect();
         let report = FillReport {
             particle_count: points.len(),
             volume: points.iter().map(|p| p.volume).sum(),
@@ -284,5 +301,27 @@ impl Fill {
             self_overlapping: (0..solids.len()).filter(|i| all.overlaps[*i]).collect(),
         };
         (points, report)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box's outermost particles stand in planes half a spacing below its faces, and jitter within them; all
+    /// others jitter along all axes.
+    #[test]
+    fn outermost_layer_is_even() {
+        let solid = Solid::Box { low: DVec3::ZERO, high: DVec3::splat(6.0) };
+        let (points, _) = Fill { spacing: 1.0, jitter: 0.25, seed: 3 }.fill(&[solid]);
+        assert_eq!(points.len(), 216);
+        for point in points {
+            let place = point.position.floor();
+            for axis in 0..3 {
+                let shift = point.position[axis] - place[axis] - 0.5;
+                let is_outermost = place[axis] == 0.0 || place[axis] == 5.0;
+                assert_eq!(shift == 0.0, is_outermost, "{point:?}");
+            }
+        }
     }
 }

@@ -6,9 +6,10 @@ use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::tool::CUT_FRICTION;
 use glam::{DQuat, DVec3, IVec3};
 
-/// Length of the block along x [cells], and the plates' grip on either end.
+/// Length of the block along x [cells].
 const LENGTH: i32 = 12;
-const GRIP: f64 = 1.5;
+/// How far the plates stand in either end at the start [cells], so that they touch it.
+const TOUCH: f64 = 1e-3;
 /// Strain of the clay between the plates: elastic for every clay used here.
 const STRAIN: f64 = 0.005;
 
@@ -66,7 +67,13 @@ impl Press {
         let domain = room([LENGTH + 8, 16, 16], Wall::Separate);
         let mut particles = block(DVec3::splat(4.0), IVec3::new(LENGTH, 8, 8));
         // As clay is filled: a lattice of half a cell, jittered by a quarter of that.
+        let even: Vec<f64> = particles.iter().map(|p| place(p).x).collect();
         jitter(&mut particles, 0.125, seed);
+        // The outermost layers are even, and touch the plates as one.
+        let ends = [4.25, 3.75 + f64::from(LENGTH)];
+        for (p, x) in particles.iter_mut().zip(even).filter(|(_, x)| ends.contains(x)) {
+            p.set_grid(p.grid() + DVec3::X * (x - place(p).x));
+        }
         if let Some(cut) = cut {
             for p in &mut particles {
                 let distance = (place(p) - cut.middle()).dot(cut.normal);
@@ -79,7 +86,7 @@ impl Press {
         let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
         // Two thirds of critical for the slowest wave along the block.
         lab.plan.validation.damping = material.wave_speed(material.density) / (f64::from(LENGTH) * DX) * 4.0;
-        let plate = |end: f64, out: f64| DVec3::new(end + out * (3.0 - GRIP), 8.0, 8.0);
+        let plate = |end: f64, out: f64| DVec3::new(end + out * (3.0 - TOUCH), 8.0, 8.0);
         Self { lab, plates: [plate(4.0, -1.0), plate(4.0 + f64::from(LENGTH), 1.0)], places, welded: 0 }
     }
 
@@ -130,7 +137,7 @@ impl Press {
 
 /// Travel of a plate [cells] for the strain of the cases.
 fn travel() -> f64 {
-    STRAIN * (f64::from(LENGTH) - 2.0 * GRIP)
+    STRAIN * f64::from(LENGTH)
 }
 
 /// Planes through the block: upright and tilted by up to 10 degrees (friction holds them to 26), at and
