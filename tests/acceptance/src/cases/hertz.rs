@@ -15,26 +15,34 @@ const RADIUS: f64 = 32.0;
 /// How far a plate is pressed in, of the radius.
 const DEPTHS: [f64; 7] = [0.0125, 0.01875, 0.025, 0.03125, 0.0375, 0.04375, 0.05];
 
+/// Depth [cells], force of a plate at rest [N] and Tatara's, at each depth, of an elastic ball of `radius`
+/// [cells]; none if it did not stay sound.
+pub fn octant(radius: f64) -> Vec<[f64; 3]> {
+    let material = elastic(0.3);
+    let found = forces(&material, radius).unwrap_or_default();
+    DEPTHS.iter().zip(found).map(|(d, force)| [d * radius, force, tatara(&material, radius, d * radius)]).collect()
+}
+
 /// Force of a plate [N] at each depth, at rest.
-fn forces(material: &ClayMaterial) -> Option<Vec<f64>> {
+fn forces(material: &ClayMaterial, radius: f64) -> Option<Vec<f64>> {
     let walls = Walls { low: [Wall::Slip; 3], high: [Wall::Separate; 3] };
-    let cells = RADIUS as i32 + 4;
+    let cells = (radius.ceil() as i32 + 7) / 4 * 4;
     let domain = room_with([cells; 3], walls);
-    let particles = carved(glam::IVec3::splat(cells), &|x| x.length() < RADIUS);
+    let particles = carved(glam::IVec3::splat(cells), &|x| x.length() < radius);
     let mut lab = Lab::new(&snapshot(domain, *material, particles), wave_step(material, 0.35));
     // Slowest wave: to the far plate and back, twice. Damped to 0.7 of critical.
-    let period = 4.0 * RADIUS * DX / material.wave_speed(material.density);
+    let period = 4.0 * radius * DX / material.wave_speed(material.density);
     lab.plan.validation.damping = 1.4 * 2.0 * PI / period;
     let steps = |periods: f64| (periods * period / lab.plan.dt) as u32;
     let (move_steps, rest_steps, mean_steps) = (steps(0.5), steps(1.0), steps(0.25));
-    let plate = ToolShape::Box { half_size: DVec3::new(RADIUS, 2.0, RADIUS) };
+    let plate = ToolShape::Box { half_size: DVec3::new(radius, 2.0, radius) };
     let contact = Contact::Separate { friction: 0.0 };
-    let mut mover = Mover::new(&domain, plate, contact, DVec3::Y * (RADIUS + 2.5), DQuat::IDENTITY);
+    let mut mover = Mover::new(&domain, plate, contact, DVec3::Y * (radius + 2.5), DQuat::IDENTITY);
     let mut found = vec![];
     let mut at = -0.5;
     for depth in DEPTHS {
-        let way = (depth * RADIUS - at) * DX;
-        at = depth * RADIUS;
+        let way = (depth * radius - at) * DX;
+        at = depth * radius;
         mover.velocity = DVec3::NEG_Y * way / (f64::from(move_steps) * lab.plan.dt);
         let mut health = lab.frame_moving(move_steps, &mut mover).health;
         mover.velocity = DVec3::ZERO;
@@ -54,8 +62,8 @@ fn forces(material: &ClayMaterial) -> Option<Vec<f64>> {
 /// less what the far plate's force lifts the contact, `F f(a) / (pi E)` with
 /// `f(a) = 2 (1 + nu) R^2 / (a^2 + 4 R^2)^1.5 + (1 - nu^2) / (a^2 + 4 R^2)^0.5` and
 /// `a^3 = 3 (1 - nu^2) F R / (4 E)`.
-fn tatara(material: &ClayMaterial, depth: f64) -> f64 {
-    let (e, nu, r) = (material.young_modulus, material.poisson_ratio, RADIUS * DX);
+fn tatara(material: &ClayMaterial, radius: f64, depth: f64) -> f64 {
+    let (e, nu, r) = (material.young_modulus, material.poisson_ratio, radius * DX);
     let compliance = 1.0 - nu * nu;
     let depth_under = |force: f64| {
         let a = (0.75 * compliance * force * r / e).cbrt();
@@ -99,10 +107,10 @@ pub fn contact(size: Size) -> Vec<Row> {
         return vec![];
     }
     let material = elastic(0.3);
-    let found = forces(&material).unwrap_or_else(|| vec![f64::NAN; DEPTHS.len()]);
+    let found = forces(&material, RADIUS).unwrap_or_else(|| vec![f64::NAN; DEPTHS.len()]);
     let modulus = material.young_modulus / (1.0 - material.poisson_ratio.powi(2));
     let hertz = |depth: f64| 4.0 / 3.0 * modulus * (RADIUS * DX).sqrt() * (depth * DX).powf(1.5);
-    let ball = |depth: f64| tatara(&material, depth);
+    let ball = |depth: f64| tatara(&material, RADIUS, depth);
     let [to_hertz, to_ball] = [&hertz as &dyn Fn(f64) -> f64, &ball].map(|exact| (exact, fit_offset(&found, exact)));
     vec![
         Row::at_most("Hertz: exponent of the force, off 1.5 by", (exponent(&found) - 1.5).abs(), "-", 0.05),

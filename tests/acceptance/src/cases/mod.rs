@@ -18,6 +18,7 @@ pub mod methods;
 pub mod motion;
 pub mod paths;
 pub mod prandtl;
+pub mod press;
 pub mod published;
 pub mod robust;
 pub mod slump;
@@ -37,6 +38,8 @@ use serde::Serialize;
 pub enum Suite {
     /// The solver: motion, elasticity, contact.
     Physics,
+    /// Tools that press, slide, hold and pass.
+    Contact,
     /// What must not break: step limits, energy, cuts, determinism, bad input.
     Stability,
     /// The surface.
@@ -80,6 +83,10 @@ const fn native_physics(name: &'static str, quick_rows: usize, run: fn(Size) -> 
     Case { suite: Suite::Physics, name, run, quick_rows, is_native_only: true }
 }
 
+const fn contact_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Contact, name, run, quick_rows, is_native_only: false }
+}
+
 const fn stability(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Stability, name, run, quick_rows, is_native_only: false }
 }
@@ -110,6 +117,13 @@ pub const CASES: &[Case] = &[
     physics("cut slope", 3, slump::cut_slope),
     physics("cylinder slump", 0, slump::cylinder),
     physics("blade force", 4, edge::force),
+    contact_case("strips", 9, press::strip),
+    contact_case("held ball", 1, press::held_ball),
+    contact_case("squeezed ball", 1, press::directions),
+    Case { is_native_only: true, ..contact_case("elastic balls", 2, press::elastic_balls) },
+    contact_case("nothing inside", 4, press::nothing_inside),
+    contact_case("dragged plate", 3, press::sliding),
+    contact_case("step with a tool", 2, press::step_limit),
     stability("step limit", 6, stability::step_limit),
     stability("energy", 4, stability::energy),
     stability("cell crossing", 2, stability::crossing),

@@ -1,0 +1,403 @@
+//! Solid tools on clay as a hand has it: forces without steps, the same at every offset and angle to the grid,
+//! held; nothing in the tool, nothing through it.
+
+use crate::lab::{DX, Lab, Mover, Random, Size, block, carved, jitter, place, room_with, snapshot, stable_step};
+use crate::report::Row;
+use bevy_clay::sim::planner::{STEP_FRACTION, TOOL_TRAVEL_MAX, VOLUME_AVERAGING};
+use bevy_clay::sim::prelude::*;
+use bevy_clay::surface::extract::extract;
+use bevy_clay::surface::field::SurfaceSettings;
+use glam::{DQuat, DVec3, IVec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Travel between two samples of a force [cells].
+const SAMPLE: f64 = 0.02;
+
+/// A force against travel: samples `[depth in cells, force]`, in order of depth.
+type Curve = Vec<[f64; 2]>;
+
+/// Greatest over least force of the samples within any `window` [cells] of travel that lie in `range`.
+fn unevenness(curve: &[[f64; 2]], range: [f64; 2], window: f64) -> f64 {
+    let seen: Vec<_> = curve.iter().filter(|c| (range[0]..=range[1]).contains(&c[0])).collect();
+    let of_window = |first: &[f64; 2]| {
+        let within = seen.iter().filter(|c| (first[0]..=first[0] + window).contains(&c[0])).map(|c| c[1]);
+        let (least, most) = within.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), f| (l.min(f), m.max(f)));
+        if least > 0.0 { most / least } else { f64::NAN }
+    };
+    // NaN is worse than anything.
+    seen.iter().map(|c| of_window(c)).fold(f64::NAN, |a, b| if a >= b || b.is_nan() { if b.is_nan() { b } else { a } } else { b })
+}
+
+/// The force at `depth` [cells], between samples.
+fn force_at(curve: &[[f64; 2]], depth: f64) -> f64 {
+    let after = curve.iter().position(|c| c[0] >= depth).unwrap_or(0).max(1);
+    let Some([a, b]) = curve.get(after - 1..=after) else { return f64::NAN };
+    a[1] + (b[1] - a[1]) * (depth - a[0]) / (b[0] - a[0])
+}
+
+/// Half of a strip of width `width` [cells] pressed into clay in plane strain, by symmetry.
+#[derive(Clone, Copy, Debug)]
+struct Strip {
+    width: i32,
+    /// How far clay and strip stand above where nodes are [cells].
+    shift: f64,
+    contact: Contact,
+    jitter: f64,
+    /// How deep it goes [cells].
+    depth: f64,
+    /// Over the shear wave's speed.
+    speed: f64,
+}
+
+impl Strip {
+    /// F / (B k) against depth.
+    fn press(&self) -> Curve {
+        const SLAB: i32 = 4;
+        let strength = 5e3;
+        let shear_modulus = 100.0 * strength;
+        let material = ClayMaterial {
+            young_modulus: 2.0 * shear_modulus * 1.45,
+            poisson_ratio: 0.45,
+            yield_stress: 3f64.sqrt() * strength,
+            ..Preset::SoftClay.material()
+        };
+        let b = f64::from(self.width);
+        let size = IVec3::new(5 * self.width / 2, 2 * self.width, SLAB);
+        let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
+        let domain = room_with([size.x, size.y + 4, size.z], walls);
+        let top = f64::from(size.y) + self.shift;
+        let mut particles = block(DVec3::Y * self.shift, size);
+        if self.jitter > 0.0 {
+            jitter_below(&mut particles, self.jitter, top);
+        }
+        let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
+        lab.plan.volume_averaging = VOLUME_AVERAGING;
+        let shape = ToolShape::Box { half_size: DVec3::new(b / 2.0, 2.0, f64::from(SLAB)) };
+        let at = DVec3::new(0.0, top + 2.0 + 0.1, f64::from(SLAB) / 2.0);
+        let mut mover = Mover::new(&domain, shape, self.contact, at, DQuat::IDENTITY);
+        let speed = self.speed * (material.lame_mu() / material.density).sqrt();
+        let steps = (SAMPLE * DX / speed / lab.plan.dt).ceil();
+        let (mut depth, mut curve) = (-0.1, vec![]);
+        while depth < self.depth {
+            mover.velocity = DVec3::NEG_Y * SAMPLE * DX / (steps * lab.plan.dt);
+            let report = lab.frame_moving(steps as u32, &mut mover);
+            // The mean over the way of the sample.
+            curve.push([depth + 0.5 * SAMPLE, report.tools[0].force.y / (0.5 * b * f64::from(SLAB) * DX * DX * strength)]);
+            depth += SAMPLE;
+        }
+        curve
+    }
+}
+
+/// Jitters all but the outermost layer below `top`, as fills do.
+fn jitter_below(particles: &mut [Particle], amount: f64, top: f64) {
+    let before: Vec<DVec3> = particles.iter().map(Particle::grid).collect();
+    let is_even: Vec<bool> = particles.iter().map(|p| place(p).y > top - 0.3).collect();
+    jitter(particles, amount, 3);
+    for ((p, before), is_even) in particles.iter_mut().zip(before).zip(is_even) {
+        let mut at = p.grid();
+        if is_even {
+            at.y = before.y;
+        }
+        p.set_grid(at);
+    }
+}
+
+/// The strip's force, sticking, with friction and without, with its face at four offsets to the grid; then of
+/// wider strips, and what these lead to.
+pub fn strip(size: Size) -> Vec<Row> {
+    let separate = |friction| Contact::Separate { friction };
+    let speed = size.pick(0.008, 0.004, 0.002);
+    let depth = size.pick(1.1, 1.5, 2.4);
+    let one = |contact, shift| Strip { width: 8, shift, contact, jitter: 0.0, depth, speed };
+    let offsets: &[f64] = size.pick(&[0.0], &[0.0, 0.5], &[0.0, 0.25, 0.5, 0.75]);
+    let mut strips: Vec<(String, Strip)> = vec![];
+    for (name, contact) in [("stick", Contact::Stick), ("friction 0.3", separate(0.3))] {
+        strips.extend(offsets.iter().map(|&shift| (format!("strip of 8, {name}, offset {shift}"), one(contact, shift))));
+    }
+    strips.push(("strip of 8, no friction, jittered".into(), Strip { jitter: 0.125, ..one(separate(0.0), 0.0) }));
+    let widths: &[i32] = size.pick(&[], &[], &[16, 32]);
+    strips.extend(widths.iter().map(|&width| (format!("strip of {width}"), Strip { width, ..one(separate(0.3), 0.0) })));
+    let curves: Vec<Curve> = strips.par_iter().map(|(_, strip)| strip.press()).collect();
+    let mut rows = vec![];
+    for ((name, strip), curve) in strips.iter().zip(&curves) {
+        let most = if strip.contact == separate(0.0) { 1.10 } else { 1.06 };
+        let range = [0.5, depth];
+        rows.push(Row::at_most(format!("{name}: greatest over least in half a cell"), unevenness(curve, range, 0.5), "-", most));
+        if strip.contact != separate(0.0) {
+            let jump = 100.0 * (unevenness(curve, range, 0.1) - 1.0);
+            rows.push(Row::at_most(format!("{name}: jump within 0.1 cells"), jump, "%", 3.0));
+        }
+    }
+    if size == Size::Full {
+        let exact = 2.0 + PI;
+        // At a depth of B / 16: F / (B k) as a line over 1 / B, at 0.
+        let points: Vec<[f64; 2]> = strips
+            .iter()
+            .zip(&curves)
+            .filter(|((_, s), _)| s.shift == 0.0 && s.contact == separate(0.3))
+            .map(|((_, s), curve)| [1.0 / f64::from(s.width), force_at(curve, f64::from(s.width) / 16.0)])
+            .collect();
+        for &[inverse, factor] in &points {
+            let most = exact * (1.0 + 1.6 * inverse) * 1.07;
+            rows.push(Row::at_most(format!("strip of {:.0}: F / (B k) at a depth of B / 16", 1.0 / inverse), factor, "-", most));
+        }
+        let off = intercept(&points) / exact - 1.0;
+        rows.push(Row::at_most("strips: F / (B k) of the endless one, off 2 + pi by", 100.0 * off.abs(), "%", 5.0));
+    }
+    rows
+}
+
+/// Where the least-squares line through `points` is at 0.
+fn intercept(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p[0] / n, s.1 + p[1] / n));
+    let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p[0] - x) * (p[1] - y), s.1 + (p[0] - x).powi(2)));
+    y - xy / xx * x
+}
+
+/// A quarter of a block, and a ball of `radius` [cells] that comes down in its corner.
+fn quarter(radius: f64) -> (Snapshot, Mover) {
+    let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip, Wall::Separate, Wall::Slip] };
+    let unit = radius / 4.0;
+    let cells = |n: f64| (n * unit).round() as i32;
+    let size = IVec3::new(cells(12.0), cells(10.0), cells(12.0));
+    let domain = room_with([size.x, cells(16.0), size.z], walls);
+    let mut particles = block(DVec3::ZERO, size);
+    jitter_below(&mut particles, 0.125, f64::from(size.y));
+    let at = DVec3::Y * (f64::from(size.y) + radius + 0.05);
+    let ball = ToolShape::Sphere { radius };
+    let mover = Mover::new(&domain, ball, Contact::default(), at, DQuat::IDENTITY);
+    (snapshot(domain, Preset::SoftClay.material(), particles), mover)
+}
+
+/// A ball of `radius` [cells] goes 1.15 of four deep at `speed` [m/s], in its last third cell at a quarter of
+/// that and then at a sixteenth, and is held: forces of its full ball [N], at the start of the hold and after
+/// `held` [s] of it, over the radius squared.
+fn braked(radius: f64, speed: f64, held: f64, refine: f64) -> [f64; 2] {
+    let (clay, mut mover) = quarter(radius);
+    let mut lab = Lab::with_threads(&clay, stable_step(&clay.material) / refine, 1);
+    lab.plan.volume_averaging = VOLUME_AVERAGING;
+    let unit = radius / 4.0;
+    let mut go = |way: f64, speed: f64| {
+        let steps = (way * unit * DX / (speed * lab.plan.dt)).ceil();
+        mover.velocity = DVec3::NEG_Y * (way * unit * DX / (steps * lab.plan.dt));
+        lab.frame_moving(steps as u32, &mut mover);
+    };
+    go(0.05 / unit + 0.8, speed);
+    go(0.25, 0.25 * speed);
+    go(0.1, speed / 16.0);
+    mover.velocity = DVec3::ZERO;
+    let steps = (2e-3 / lab.plan.dt).round() as u32;
+    let frames = (held / 2e-3).round() as u32;
+    let forces: Vec<f64> = (0..frames).map(|_| lab.frame_moving(steps, &mut mover).tools[0].force.y).collect();
+    let scale = 4.0 / (unit * unit);
+    [forces[0], forces[forces.len() - 1]].map(|f| scale * f)
+}
+
+/// A ball that is braked and held keeps its force, whatever the grid.
+pub fn held_ball(size: Size) -> Vec<Row> {
+    let held = size.pick(0.03, 0.1, 0.3);
+    let radii: &[f64] = size.pick(&[4.0], &[4.0], &[4.0, 8.0]);
+    // The speed on the grid of the cases: 50 mm/s where a cell is 2 mm.
+    let found: Vec<[f64; 2]> = radii.par_iter().map(|r| braked(*r, 0.1, held * DX / 0.002, 1.0)).collect();
+    let mut rows = vec![Row::at_least("held ball of 4: force kept", found[0][1] / found[0][0], "-", 0.97)];
+    if let [small, large] = found[..] {
+        rows.push(Row::at_most("held ball of 4: force off that of 8", 100.0 * (small[1] / large[1] - 1.0).abs(), "%", 3.0));
+    }
+    rows
+}
+
+/// Force [N] on two plates that squeeze a ball of clay of 8 cells' radius along a direction `degrees` off the
+/// grid, against the travel of each.
+fn squeezed(degrees: f64, depth: f64, speed: f64) -> Curve {
+    const RADIUS: f64 = 8.0;
+    const ROOM: i32 = 32;
+    let walls = Walls { low: [Wall::Separate; 3], high: [Wall::Separate; 3] };
+    let domain = room_with([ROOM; 3], walls);
+    let middle = DVec3::splat(f64::from(ROOM) / 2.0);
+    let mut random = Random::new(9);
+    let mut particles = carved(IVec3::splat(ROOM), &|x| x.distance(middle) < RADIUS);
+    for p in particles.iter_mut().filter(|p| place(p).distance(middle) < RADIUS - 0.9) {
+        p.set_grid(p.grid() + 0.125 * DVec3::new(random.uniform(), random.uniform(), random.uniform()));
+    }
+    let material = Preset::SoftClay.material();
+    let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
+    lab.plan.volume_averaging = VOLUME_AVERAGING;
+    let rotation = DQuat::from_rotation_z(degrees.to_radians());
+    let up = rotation * DVec3::Y;
+    let shape = ToolShape::Box { half_size: DVec3::new(11.0, 4.0, 11.0) };
+    let plate = |id, sign: f64| Mover {
+        id,
+        ..Mover::new(&domain, shape, Contact::default(), middle + sign * (RADIUS + 4.1) * up, rotation)
+    };
+    let mut plates = [plate(1, 1.0), plate(2, -1.0)];
+    let steps = (SAMPLE * DX / speed / lab.plan.dt).ceil();
+    let (mut travel, mut curve) = (-0.1, vec![]);
+    while travel < depth {
+        let velocity = up * (SAMPLE * DX / (steps * lab.plan.dt));
+        (plates[0].velocity, plates[1].velocity) = (-velocity, velocity);
+        let paths = plates.each_mut().map(|plate| plate.path(steps * lab.plan.dt));
+        let report = lab.frame_with(steps as u32, &paths);
+        curve.push([travel + 0.5 * SAMPLE, 0.5 * up.dot(report.tools[0].force - report.tools[1].force)]);
+        travel += SAMPLE;
+    }
+    curve
+}
+
+/// A ball squeezed along directions to the grid bears the same.
+pub fn directions(size: Size) -> Vec<Row> {
+    let depth = size.pick(0.8, 0.8, 1.2);
+    let angles: &[f64] = size.pick(&[0.0, 45.0], &[0.0, 20.0, 45.0], &[0.0, 20.0, 45.0]);
+    let curves: Vec<Curve> = angles.par_iter().map(|a| squeezed(*a, depth, size.pick(0.2, 0.1, 0.05))).collect();
+    let mut worst = 0.0f64;
+    for i in (0..).map(|i| 0.6 + 0.05 * f64::from(i)).take_while(|d| *d < depth - SAMPLE) {
+        let forces = curves.iter().map(|c| force_at(c, i));
+        let (least, most) = forces.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), f| (l.min(f), m.max(f)));
+        let spread = 100.0 * (most / least - 1.0);
+        worst = if spread.is_finite() { worst.max(spread) } else { f64::NAN };
+    }
+    vec![Row::at_most("squeezed ball: force along directions to the grid, apart", worst, "%", 5.0)]
+}
+
+/// A tool of `shape` goes `way` [cells] through the top of a block at `speed` [m/s] and back: most particle
+/// centres in it at any time, how deep [cells], and the 5th percentile of the drawn face's distance to it
+/// where the face is nearer than half a cell, at the deepest.
+fn driven(shape: ToolShape, reach: f64, way: f64, speed: f64) -> (usize, f64, f64) {
+    let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip, Wall::Separate, Wall::Slip] };
+    let domain = room_with([12, 20, 12], walls);
+    let mut particles = block(DVec3::ZERO, IVec3::new(12, 10, 12));
+    jitter_below(&mut particles, 0.125, 10.0);
+    let material = Preset::SoftClay.material();
+    // As the planner has it: the clay's limit, and a tenth of a cell of the tool's way.
+    let dt = stable_step(&material).min(TOOL_TRAVEL_MAX * DX / speed);
+    let mut lab = Lab::with_threads(&snapshot(domain, material, particles), dt, 1);
+    lab.plan.volume_averaging = VOLUME_AVERAGING;
+    let mut mover = Mover::new(&domain, shape, Contact::default(), DVec3::Y * (10.1 + reach), DQuat::IDENTITY);
+    let steps = (0.1 * DX / speed / dt).ceil();
+    let (mut most, mut deepest, mut face) = (0, 0.0f64, f64::NAN);
+    for sign in [-1.0, 1.0] {
+        mover.velocity = DVec3::Y * sign * 0.1 * DX / (steps * dt);
+        for _ in 0..(way / 0.1) as u32 {
+            if !lab.frame_moving(steps as u32, &mut mover).health.is_ok() {
+                return (usize::MAX, f64::NAN, f64::NAN);
+            }
+            let distance = |at: DVec3| mover.tool.shape.distance(mover.pose.to_local(at)) / DX;
+            let inside: Vec<f64> =
+                lab.particles().iter().map(|p| distance(domain.to_world(p.grid()))).filter(|d| *d < 0.0).collect();
+            most = most.max(inside.len());
+            deepest = inside.iter().fold(deepest, |a, b| a.max(-b));
+        }
+        if sign < 0.0 {
+            let source = lab.engine.surface_deferred().expect("clay is loaded")();
+            let mesh = extract(&source, &SurfaceSettings::default());
+            let distances = mesh
+                .positions
+                .iter()
+                .map(|p| mover.tool.shape.distance(mover.pose.to_local(DVec3::from_array(p.map(f64::from)))) / DX);
+            let mut near: Vec<f64> = distances.filter(|d| *d < 0.5).collect();
+            near.sort_by(f64::total_cmp);
+            face = near.get(near.len() / 20).copied().unwrap_or(f64::NAN);
+        }
+    }
+    (most, deepest, face)
+}
+
+/// Balls and a plate driven into clay at 5 m/s: no particle's centre is ever in them. A ball pressed in: the
+/// drawn face stands in it by little.
+pub fn nothing_inside(size: Size) -> Vec<Row> {
+    let plate = ToolShape::Box { half_size: DVec3::new(4.0, 0.5, 4.0) };
+    let mut rows = vec![];
+    for (name, shape, reach) in [
+        ("ball of 4 cells", ToolShape::Sphere { radius: 4.0 }, 4.0),
+        ("ball of 1 cell", ToolShape::Sphere { radius: 1.0 }, 1.0),
+        ("plate of 1 cell", plate, 0.5),
+    ] {
+        let (most, deepest, _) = driven(shape, reach, size.pick(3.0, 4.0, 4.0), 5.0);
+        let count = if deepest.is_nan() { f64::NAN } else { most as f64 };
+        rows.push(Row::at_most(format!("driven at 5 m/s, {name}: particle centres in it"), count, "particles", 0.0));
+    }
+    let (_, _, face) = driven(ToolShape::Sphere { radius: 4.0 }, 4.0, 3.0, size.pick(1.0, 0.5, 0.2));
+    rows.push(Row::at_least("pressed ball of 4 cells: 5th percentile of the drawn face's distance", face, "cells", -0.1));
+    rows
+}
+
+/// A wide plate on a block, dragged: what it feels along over what it feels across is the friction.
+pub fn sliding(size: Size) -> Vec<Row> {
+    let mut rows = vec![];
+    for mu in size.pick([0.3].as_slice(), &[0.1, 0.3, 0.6], &[0.1, 0.3, 0.6]) {
+        let walls = Walls { low: [Wall::Separate, Wall::Stick, Wall::Separate], high: [Wall::Separate; 3] };
+        let domain = room_with([20, 8, 12], walls);
+        let mut particles = block(DVec3::new(4.0, 0.0, 3.0), IVec3::new(6, 3, 6));
+        jitter_below(&mut particles, 0.125, 3.0);
+        let material = Preset::SoftClay.material();
+        let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
+        let shape = ToolShape::Box { half_size: DVec3::new(14.0, 1.0, 8.0) };
+        let contact = Contact::Separate { friction: *mu };
+        let mut mover = Mover::new(&domain, shape, contact, DVec3::new(7.0, 4.05, 6.0), DQuat::IDENTITY);
+        let per_step = 0.002 * DX / lab.plan.dt;
+        let mut worst = 0.0f64;
+        for i in 0..60 {
+            mover.velocity = if i < 10 { DVec3::NEG_Y * 0.15 * per_step } else { DVec3::X * per_step };
+            let felt = lab.frame_moving(40, &mut mover).tools[0].force;
+            if i >= 25 {
+                let off = (felt.x.hypot(felt.z) / felt.y / mu - 1.0).abs();
+                worst = if off.is_nan() { off } else { worst.max(off) };
+            }
+        }
+        rows.push(Row::at_most(format!("dragged plate, friction {mu}: F_t / F_n off it by"), 100.0 * worst, "%", 0.5));
+    }
+    rows
+}
+
+/// A ball and two jaws on clay at 1.2 times the planner's step, for clay of two Poisson's ratios.
+pub fn step_limit(size: Size) -> Vec<Row> {
+    let ratios: &[f64] = size.pick(&[0.45], &[0.1, 0.45], &[0.0, 0.1, 0.3, 0.45, 0.49]);
+    let is_stable = |nu: f64, fraction: f64| {
+        let (clay, mut mover) = quarter(4.0);
+        let material = ClayMaterial { poisson_ratio: nu, ..clay.material };
+        let mut lab = Lab::new(&Snapshot { material, ..clay }, fraction * material.time_step_limit(DX, material.density));
+        let per_step = 0.01 * DX / lab.plan.dt;
+        mover.velocity = DVec3::NEG_Y * per_step;
+        let pressed = lab.frame_moving(100, &mut mover);
+        mover.velocity = DVec3::ZERO;
+        let held = lab.frame_moving(400, &mut mover);
+        let again = lab.frame_moving(400, &mut mover);
+        // What is stable comes to rest.
+        let is_ok = [&pressed, &held, &again].iter().all(|r| r.health.is_ok() && r.redone == 0 && r.clamped == 0);
+        is_ok && again.energies.kinetic < held.energies.kinetic.max(1e-6 * again.energies.elastic)
+    };
+    let limit = |nu: f64| {
+        let steps = [0.7, 0.84, 0.9, 1.0, 1.1, 1.2, 1.3];
+        steps.iter().copied().take_while(|f| is_stable(nu, *f)).last().unwrap_or(f64::NAN) / STEP_FRACTION
+    };
+    ratios
+        .iter()
+        .map(|nu| {
+            Row::at_least(format!("step with a ball in the clay, nu {nu}: stable up to"), limit(*nu), "x the planner's", 1.2)
+        })
+        .collect()
+}
+
+/// A ball of `radius` [cells] of elastic clay between two plates, as an octant: greatest error of the force
+/// against Tatara's, without an offset, and the same beyond a depth of 0.375 cells.
+fn tatara_error(radius: f64) -> [f64; 2] {
+    let found = super::hertz::octant(radius);
+    let error = |from: f64| {
+        let off = found.iter().filter(|f| f[0] >= from).map(|f| (f[1] / f[2] - 1.0).abs());
+        off.fold(if found.is_empty() { f64::NAN } else { 0.0 }, f64::max)
+    };
+    [error(0.0), error(0.375)].map(|e| 100.0 * e)
+}
+
+/// Elastic balls whose pole stands at several places between nodes.
+pub fn elastic_balls(size: Size) -> Vec<Row> {
+    let radii: &[f64] = size.pick(&[], &[20.0], &[20.0, 20.5, 32.5]);
+    let errors: Vec<[f64; 2]> = radii.par_iter().map(|r| tatara_error(*r)).collect();
+    let rows_of = |(radius, [all, deep]): (&f64, [f64; 2])| {
+        let name = |what: &str| format!("elastic ball of {radius}: force off Tatara's{what}");
+        [Row::at_most(name(""), all, "%", 6.0), Row::at_most(name(" beyond 0.375 cells"), deep, "%", 4.0)]
+    };
+    radii.iter().zip(errors).flat_map(rows_of).collect()
+}
