@@ -8,18 +8,19 @@
 //! |-------------|--------------------------------------------------------------------|---------------------|
 //! | `averaging` | flowing particles share their cell's volume ratio, now and then    | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
+//! | `penalty`   | solid tools press on particles, friction by anchors                | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
 //! | `grid`      | walls fold their outer nodes onto the inner ones                   | -                   |
 //! |             | cuts divide the nodes: what is on one side moves as one field      | Eq. 2-3, compatible |
 //! |             | momentum -> velocity, gravity                                      | -                   |
-//! |             | contact: blades, then the sides of cuts, then solid tools          | -                   |
+//! |             | contact: blades, then the sides of cuts                            | -                   |
 //! |             | walls give their outer nodes the image of the inner ones' velocity | -                   |
 //! | `g2p`       | velocity and affine from the particle's own side, advection        | -                   |
 //! | (`law`)     | elastic strain, flow, working: the next substep's stress           | Eq. 5 (softening)   |
 //! | `weld`      | pressed sides of a cut grow together; once, at the frame's end     | -                   |
 //!
 //! Each pass stands, to the last sign, at the head of its file in `oracle`, beside the plain f64 code that
-//! does it: `averaging`, `tags`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and `ghost` and
+//! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and `ghost` and
 //! `interactive` for the methods of others ([`cutting`](frame::FramePlan::cutting)). Engines are written from
 //! these texts; the oracle judges them, particle by particle.
 //!
@@ -33,7 +34,8 @@
 //!
 //! # Files
 //!
-//! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it,
+//! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`penalty`]
+//! how,
 //! [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method, [`planner`] decides what
 //! a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`]
 //! the one of compute passes, [`oracle`] the readable f64 judge of both.

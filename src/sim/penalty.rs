@@ -53,9 +53,10 @@ pub fn reach(volume: f64) -> f64 {
     (2.0 * volume).min(0.5 * volume.cbrt())
 }
 
-/// The area [cells^2] with which a particle of rest volume `volume` [cells^3] bears.
+/// The area [cells^2] with which a particle of rest volume `volume` [cells^3] bears: a cube's face, of what is
+/// less than a full particle in proportion to its mass, so that its spring is as fast as a full one's.
 pub fn area(volume: f64) -> f64 {
-    volume.cbrt().powi(2)
+    (2.0 * volume).min(volume.cbrt().powi(2))
 }
 
 /// A particle's contact springs, in the caller's units of force and length.
@@ -232,10 +233,10 @@ mod tests {
         assert_eq!(depth(-3.0, 0.5, Some(DVec3::ZERO)), (120.0, true));
     }
 
-    /// A full particle is a cube of half a cell; what is carved from it is thinner, in proportion.
+    /// A full particle is a cube of half a cell; what is carved from it is thinner and bears less, in proportion.
     #[test]
     fn reach_follows_the_volume() {
         assert_eq!([reach(0.125), reach(0.0625), reach(1.0)], [0.25, 0.125, 0.5]);
-        assert_eq!([area(0.125), area(1.0)], [0.25, 1.0]);
+        assert_eq!([area(0.125), area(0.0625), area(1.0)], [0.25, 0.125, 1.0]);
     }
 }

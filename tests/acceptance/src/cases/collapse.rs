@@ -19,9 +19,8 @@ const DATUM: f64 = 3.0;
 /// What touches the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
-    /// A strip without thickness half-way between two layers of nodes: no node comes near enough for contact,
-    /// only Eq. 4-5 know of it.
-    Strip,
+    /// A wire along the block's top, which parts nothing where it stands: only Eq. 4-5 know of it.
+    Wire,
     /// A rod along the slab.
     Rod,
 }
@@ -64,11 +63,7 @@ impl Collapse {
         let mut lab = Lab::with_threads(&Snapshot::new(domain, material, particles), dt, threads);
         lab.plan.gravity = DVec3::NEG_Y * GRAVITY;
         let (shape, contact, above, rotation) = match touch {
-            Touch::Strip => {
-                let shape = ToolShape::Box { half_size: DVec3::new(TOOL_HALF_WIDTH, 1e-3 * dx, 8.0 * dx) };
-                // Its contact reaches 0.4 cells, a separating one's 0.6.
-                (shape, Contact::Slip, 0.0, DQuat::IDENTITY)
-            }
+            Touch::Wire => (ToolShape::Wire { half_length: TOOL_HALF_WIDTH }, Contact::Slip, 0.0, DQuat::IDENTITY),
             Touch::Rod => (
                 ToolShape::Capsule { radius: TOOL_HALF_WIDTH, half_length: 8.0 * dx },
                 Contact::Separate { friction: 0.0 },

@@ -30,7 +30,7 @@ fn clay(law: ClayLaw, tau: f64, cell_width: f64) -> ClayMaterial {
 fn run(material: ClayMaterial, cells_per_metre: i32, frames: u32) -> Outcome {
     let dx = 1.0 / f64::from(cells_per_metre);
     let steps = (0.02 / (0.3 * dx / material.wave_speed(material.density))).ceil();
-    let mut block = Collapse::new(material, cells_per_metre, 0.02 / steps, Touch::Strip, 0);
+    let mut block = Collapse::new(material, cells_per_metre, 0.02 / steps, Touch::Wire, 0);
     let start = block.lab.particles();
     let mut outcome = Outcome { drop: f64::NAN, growth: f64::NAN };
     let mut first = f64::NAN;

@@ -8,7 +8,6 @@ use crate::report::Row;
 use bevy_clay::sim::oracle::law::Spectrum;
 use bevy_clay::sim::planner::VOLUME_AVERAGING;
 use bevy_clay::sim::prelude::*;
-use bevy_clay::sim::tool::CONTACT_OFFSET;
 use glam::{DMat3, DQuat, DVec3, IVec3};
 use std::collections::{HashMap, HashSet};
 
@@ -200,7 +199,7 @@ fn press(half: i32, contact: Contact, inertia: f64) -> Sheet {
     let mut height = f64::from(2 * half);
     // The plate covers the room; its face acts where the clay's surface is.
     let plate = DVec3::new(f64::from(room[0]) + 4.0, 4.0, f64::from(THICKNESS));
-    let at = DVec3::new(0.0, height + plate.y + CONTACT_OFFSET - 1e-6, 0.5 * f64::from(THICKNESS));
+    let at = DVec3::new(0.0, height + plate.y, 0.5 * f64::from(THICKNESS));
     let mut mover = Mover::new(&domain, ToolShape::Box { half_size: plate }, contact, at, DQuat::IDENTITY);
     let mut found = Sheet { holes: 0.0, stretch: 1.0 };
     loop {
