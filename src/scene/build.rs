@@ -25,7 +25,7 @@ const MARGIN_EXTENT: f64 = 0.25;
 const PARTICLE_COPIES: f64 = 4.0;
 /// Bytes per cell of the whole box: an engine's table of blocks, 4 bytes per 4^3 cells.
 const CELL_BYTES: f64 = 1.0 / 16.0;
-/// Bytes per point of the fill's lattice over the clay's box: the marks of the shell and of whole cubes.
+/// Bytes per point of the fill's lattice over the clay's box: the marks of the shell and of cubes with clay.
 const LATTICE_BYTES: f64 = 2.0;
 /// Part of the available memory that clay may take.
 const MEMORY_PART: f64 = 0.75;

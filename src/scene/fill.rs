@@ -4,7 +4,7 @@
 //! corner of all solids, so that a box of whole cells gets whole cubes. A cube that a surface may pass
 //! through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside fraction of the cube's volume
 //! and stands at the middle of the samples inside. Whole cubes jitter, but not across a face beyond which there
-//! is less than a whole cube: clay's outermost layer is as even as its surface. One factor, the same for all particles, then makes the sum
+//! is no clay: the outermost layer is as even as the surface. One factor, the same for all particles, then makes the sum
 //! of volumes that of the solids; overlapping solids count once.
 
 use super::solid::{MeshSolid, Solid};
@@ -252,17 +252,17 @@ impl Fill {
         layer
     }
 
-    /// Displaces the points of whole cubes; along an axis only those with a whole cube on either side.
+    /// Displaces the points of whole cubes; along an axis only those with clay on either side.
     fn displace(&self, lattice: &Lattice, points: &mut [(IVec3, DVec3, u32)]) {
-        let mut is_whole = vec![false; lattice.count.as_usizevec3().element_product()];
-        points.iter().filter(|point| point.2 == WHOLE).for_each(|point| is_whole[lattice.index(point.0)] = true);
-        let is_whole_at = |cube: IVec3| {
+        let mut is_clay = vec![false; lattice.count.as_usizevec3().element_product()];
+        points.iter().for_each(|point| is_clay[lattice.index(point.0)] = true);
+        let is_clay_at = |cube: IVec3| {
             let is_inside = cube.cmpge(IVec3::ZERO).all() && cube.cmplt(lattice.count).all();
-            is_inside && is_whole[lattice.index(cube)]
+            is_inside && is_clay[lattice.index(cube)]
         };
         points.par_iter_mut().filter(|point| point.2 == WHOLE).for_each(|(cube, position, _)| {
             let shift = self.displacement(lattice.index(*cube)) * self.spacing;
-            let is_between = IVec3::AXES.map(|axis| is_whole_at(*cube - axis) && is_whole_at(*cube + axis));
+            let is_between = IVec3::AXES.map(|axis| is_clay_at(*cube - axis) && is_clay_at(*cube + axis));
             *position += DVec3::select(glam::BVec3::from_array(is_between), shift, DVec3::ZERO);
         });
     }

@@ -51,7 +51,7 @@ impl Press<'_> {
         let mass = f64::from(hot.mass);
         let volume = mass / 8.0;
         let reach = reach(volume);
-        let mut sum = [0.0; 3];
+        let mut sum = [0.0f32; 3];
         let (mut anchors, mut count) = ([Anchor::default(); ANCHORS_MAX], 0);
         let mut springs = None;
         for &(index, tool) in &self.tools {
@@ -63,7 +63,7 @@ impl Press<'_> {
             }
             let springs = springs.get_or_insert_with(|| self.springs.of(volume));
             let normal = pose.rotation * tool.shape.normal(local);
-            let leaving = normal.dot(velocity - tool.motion.velocity_at(at));
+            let leaving = normal.dot(velocity + DVec3::from_array(sum.map(f64::from)) - tool.motion.velocity_at(at));
             let surface = Surface { contact: tool.contact, gap, normal, leaving };
             let before = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
             let Some(touch) = springs.touch(&surface, at, before.map(|anchor| pose.to_world(anchor.1))) else { continue };

@@ -6,7 +6,7 @@
 //! `A kappa M / dx`, `A k_t M / dx`, and `k A` of the fresh clay's shear strength k, `A` = [`area`] in m^2. The
 //! anchor is a place in the tool's frame, kept from substep to substep for as long as they touch; a particle
 //! keeps at most [`ANCHORS_MAX`] of them, those of the first tools in the plan's order, and a tool beyond
-//! these presses without friction or bond. The impulse `h F` goes to the nodes with the particle's own
+//! these presses without friction or bond. What is found in several comes out of them in their order. The impulse `h F` goes to the nodes with the particle's own
 //! momentum ([`p2g`](super::p2g)), before walls fold; the tool feels `-h F` at x, about its origin at `t + h`.
 //! A growing ball of validation cases has its radius of `t + h`.
 
@@ -33,12 +33,13 @@ fn press_on(particle: &mut Particle, around: &Surroundings, frame: &mut FrameRep
     let world = around.domain.to_world(particle.position);
     let volume = particle.rest_volume / cell_width.powi(3);
     let springs = springs(particle.rest_volume, around);
+    let mass = around.plan.inertial_density() * particle.rest_volume;
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
     for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.blade.is_none()) {
         let (pose, id) = (tool.motion.end, tool.path.id);
         let gap = tool.distance(world, Moment::End) - reach(volume) * cell_width;
         let normal = tool.normal(world);
-        let leaving = normal.dot(particle.velocity - tool.velocity(world));
+        let leaving = normal.dot(particle.velocity + impulse / mass - tool.velocity(world));
         let surface = Surface { contact: tool.path.tool.contact, gap, normal, leaving };
         let before = particle.anchors.iter().flatten().find(|anchor| anchor.0 == id);
         let Some(touch) = springs.touch(&surface, world, before.map(|anchor| pose.to_world(anchor.1 * cell_width))) else {

@@ -1,8 +1,11 @@
 //! Solid tools on clay as a hand has it: forces without steps, the same at every offset and angle to the grid,
 //! held; nothing in the tool, nothing through it.
 
-use crate::lab::{DX, Lab, Mover, Random, Size, block, carved, jitter, place, room_with, snapshot, stable_step};
+use crate::lab::{DX, Lab, Mover, Size, block, jitter, place, room_with, snapshot, stable_step};
 use crate::report::Row;
+use bevy_clay::scene::fill::{Fill, FilledPoint};
+use bevy_clay::scene::solid::Solid;
+use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::planner::{STEP_FRACTION, TOOL_TRAVEL_MAX, VOLUME_AVERAGING};
 use bevy_clay::sim::prelude::*;
 use bevy_clay::surface::extract::extract;
@@ -217,11 +220,11 @@ fn squeezed(degrees: f64, depth: f64, speed: f64) -> Curve {
     let walls = Walls { low: [Wall::Separate; 3], high: [Wall::Separate; 3] };
     let domain = room_with([ROOM; 3], walls);
     let middle = DVec3::splat(f64::from(ROOM) / 2.0);
-    let mut random = Random::new(9);
-    let mut particles = carved(IVec3::splat(ROOM), &|x| x.distance(middle) < RADIUS);
-    for p in particles.iter_mut().filter(|p| place(p).distance(middle) < RADIUS - 0.9) {
-        p.set_grid(p.grid() + 0.125 * DVec3::new(random.uniform(), random.uniform(), random.uniform()));
-    }
+    let solid = Solid::Sphere { center: middle * DX, radius: RADIUS * DX };
+    let (points, _) = Fill { spacing: 0.5 * DX, jitter: 0.25, seed: 9 }.fill(&[solid]);
+    let particle =
+        |(id, point): (u32, &FilledPoint)| Particle::at(point.position / DX + f64::from(WALL_NODE), point.volume as f32, id);
+    let particles = (0..).zip(&points).map(particle).collect();
     let material = Preset::SoftClay.material();
     let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
     lab.plan.volume_averaging = VOLUME_AVERAGING;
