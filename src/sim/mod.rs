@@ -87,6 +87,6 @@ pub mod prelude {
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
     pub use super::planner::{Backlog, Decision, InertiaScaling, Planner, PlannerState, Policy, Sheets, StepLimits, ToolSamples};
-    pub use super::snapshot::{Forecast, Particle, Snapshot, SnapshotError, Tag};
+    pub use super::snapshot::{Anchor, Forecast, Particle, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

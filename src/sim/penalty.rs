@@ -14,8 +14,8 @@
 //! it ([`Contact::Stick`]). No velocity enters: a
 //! bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
 //!
-//! Clay that a surface is found to stand in, deeper than [`FOUND_DEPTH`] and untouched before, was not
-//! pressed: a tool has been put there. It comes out at [`EJECTION_SPEED`] at most, where the springs would fling
+//! Clay that a surface is found to stand in, by [`FOUND_DEPTH`] deeper than either can have come in a substep
+//! and untouched before, was not pressed: a tool has been put there. It comes out at [`EJECTION_SPEED`] at most, where the springs would fling
 //! it off, and clings to nothing until then.
 //!
 //! Why not at nodes: which nodes are inside a shape changes as its face passes planes of nodes, and the force
@@ -40,9 +40,9 @@ pub const STICK_FRICTION: f64 = 2.0;
 /// Gap \[cells\] at which clay lets go of a surface that it can not part from: half a full particle's edge.
 pub const BOND_REACH: f64 = 0.25;
 
-/// Depth \[cells\] from which on clay that has not touched a surface before is found in it. (A tool that moves
-/// by the tenth of a cell that a substep may have finds some so too: they stop as in an inelastic impact.)
-pub const FOUND_DEPTH: f64 = 0.05;
+/// How much deeper \[cells\] in a surface that it has not touched before clay stands than it can have come in
+/// the substep, if it is found there.
+pub const FOUND_DEPTH: f64 = 0.02;
 
 /// Speed [cells/substep] at which clay found in a surface comes out.
 pub const EJECTION_SPEED: f64 = 0.02;
@@ -107,7 +107,8 @@ impl Springs {
             return None;
         }
         let push = self.push(surface.gap);
-        if anchor.is_none() && surface.gap < -FOUND_DEPTH * self.cell {
+        let gap_before = surface.gap - surface.leaving * self.cell / self.speed;
+        if anchor.is_none() && gap_before < -FOUND_DEPTH * self.cell {
             let most = self.inertia * (EJECTION_SPEED * self.speed - surface.leaving).max(0.0);
             return Some(Touch { force: push.min(most) * surface.normal, anchor: None });
         }
@@ -138,7 +139,8 @@ mod tests {
     const SEPARATE: Contact = Contact::Separate { friction: 0.3 };
 
     fn floor(contact: Contact, at: DVec3) -> Surface {
-        Surface { contact, gap: at.y, normal: DVec3::Y, leaving: 0.0 }
+        // It has come in within the substep.
+        Surface { contact, gap: at.y, normal: DVec3::Y, leaving: at.y.min(0.0) }
     }
 
     fn touch(contact: Contact, at: DVec3, anchor: Option<DVec3>) -> Option<Touch> {
@@ -228,8 +230,10 @@ mod tests {
         let speed_after = |leaving| leaving + depth(-3.0, leaving, None).0 / SPRINGS.inertia;
         assert_eq!(depth(-3.0, -0.2, None), (SPRINGS.inertia * 0.22, false));
         assert!((speed_after(-0.2) - EJECTION_SPEED).abs() < 1e-15 && speed_after(0.5) == 0.5);
-        assert_eq!(depth(-0.051, -9.0, None), (40.0 * 0.051, false), "no more than the spring");
-        assert_eq!(depth(-0.05, 0.5, None), (2.0, true));
+        assert_eq!(depth(-0.031, -0.01, None), (SPRINGS.inertia * 0.03, false));
+        // Come in within the substep, a tenth of a cell of it.
+        assert_eq!(depth(-0.11, -0.1, None), (4.4, true));
+        assert_eq!(depth(-0.12, 0.0, None), (0.04, false));
         assert_eq!(depth(-3.0, 0.5, Some(DVec3::ZERO)), (120.0, true));
     }
 

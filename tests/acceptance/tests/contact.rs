@@ -60,7 +60,7 @@ fn force_is_the_slope_of_the_potential_of_the_gap() {
         let shape = shape.scaled(CELL);
         for volume in [0.125, 0.03, 0.4].iter().cycle().take(60) {
             let outside = DVec3::new(random.uniform(), random.uniform(), random.uniform()).normalize() * 7.0 * CELL;
-            let depth = 0.045 * CELL * random.uniform().abs();
+            let depth = 0.019 * CELL * random.uniform().abs();
             let local = outside - shape.normal(outside) * (shape.distance(outside) - reach(*volume) * CELL + depth);
             let at = pose.to_world(local);
             let mut oracle = room(clay(), Walls::default());

@@ -2,7 +2,9 @@
 //! refuse.
 
 use bevy_clay::sim::prelude::*;
-use clay_acceptance::cases::{blade, contact, elastic, input, law, methods, motion, published, robust, stability, storage};
+use clay_acceptance::cases::{
+    blade, contact, elastic, input, law, methods, motion, press, published, robust, stability, storage,
+};
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
 use clay_acceptance::{agreement, restart};
@@ -137,6 +139,27 @@ fn nothing_changes_sides_at_rest() {
 #[test]
 fn one_and_two_threads_give_the_same_bits() {
     assert_within_limits(&robust::determinism(Size::Test));
+}
+
+/// A strip's force has no steps, whatever its contact.
+#[test]
+fn pressed_strips_bear_evenly() {
+    assert_within_limits(&press::strip(Size::Test));
+}
+
+#[test]
+fn held_ball_keeps_its_force() {
+    assert_within_limits(&press::held_ball(Size::Test));
+}
+
+#[test]
+fn nothing_is_inside_fast_tools() {
+    assert_within_limits(&press::nothing_inside(Size::Test));
+}
+
+#[test]
+fn dragged_plate_feels_its_friction() {
+    assert_within_limits(&press::sliding(Size::Test));
 }
 
 /// An engine on one or two cores, in turns.

@@ -111,7 +111,7 @@ fn jitter_below(particles: &mut [Particle], amount: f64, top: f64) {
 /// wider strips, and what these lead to.
 pub fn strip(size: Size) -> Vec<Row> {
     let separate = |friction| Contact::Separate { friction };
-    let speed = size.pick(0.008, 0.004, 0.002);
+    let speed = size.pick(0.004, 0.004, 0.002);
     let depth = size.pick(1.1, 1.5, 2.4);
     let one = |contact, shift| Strip { width: 8, shift, contact, jitter: 0.0, depth, speed };
     let offsets: &[f64] = size.pick(&[0.0], &[0.0, 0.5], &[0.0, 0.25, 0.5, 0.75]);
