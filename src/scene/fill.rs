@@ -2,10 +2,10 @@
 //!
 //! The lattice has one point per particle in the middle of a cube of edge `spacing`; it begins at the low
 //! corner of all solids, so that a box of whole cells gets whole cubes. A cube that a surface may pass
-//! through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside fraction of the cube's volume
-//! and stands at the middle of the samples inside. Whole cubes jitter, but not across a face beyond which there
-//! is no clay: the outermost layer is as even as the surface. One factor, the same for all particles, then makes the sum
-//! of volumes that of the solids; overlapping solids count once.
+//! through is sampled at [`SUBSAMPLES`]^3 points: its particle gets the inside fraction of the cube's
+//! volume and stands at the middle of the samples inside. Whole cubes jitter, but not across a face beyond
+//! which there is no clay: the outermost layer is as even as the surface. One factor, the same for all
+//! particles, then makes the sum of volumes that of the solids; overlapping solids count once.
 
 use super::solid::{MeshSolid, Solid};
 use glam::{DVec3, IVec3};
@@ -308,8 +308,8 @@ impl Fill {
 mod tests {
     use super::*;
 
-    /// A box's outermost particles stand in planes half a spacing below its faces, and jitter within them; all
-    /// others jitter along all axes.
+    /// A box's outermost particles stand in planes half a spacing below its faces, and jitter within them;
+    /// all others jitter along all axes.
     #[test]
     fn outermost_layer_is_even() {
         let solid = Solid::Box { low: DVec3::ZERO, high: DVec3::splat(6.0) };

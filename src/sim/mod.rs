@@ -20,9 +20,9 @@
 //! | `weld`      | pressed sides of a cut grow together; once, at the frame's end     | -                   |
 //!
 //! Each pass stands, to the last sign, at the head of its file in `oracle`, beside the plain f64 code that
-//! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and `ghost` and
-//! `interactive` for the methods of others ([`cutting`](frame::FramePlan::cutting)). Engines are written from
-//! these texts; the oracle judges them, particle by particle.
+//! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and
+//! `ghost` and `interactive` for the methods of others ([`cutting`](frame::FramePlan::cutting)). Engines
+//! are written from these texts; the oracle judges them, particle by particle.
 //!
 //! # Notation
 //!
@@ -34,11 +34,10 @@
 //!
 //! # Files
 //!
-//! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it, [`penalty`]
-//! how,
-//! [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method, [`planner`] decides what
-//! a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`]
-//! the one of compute passes, [`oracle`] the readable f64 judge of both.
+//! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it,
+//! [`penalty`] how, [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method,
+//! [`planner`] decides what a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`]
+//! the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 #![deny(
     clippy::wildcard_enum_match_arm,

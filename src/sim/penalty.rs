@@ -10,13 +10,13 @@
 //! by the same stiffness, at most by the clay's shear strength k on `A_p`, until the gap is [`BOND_REACH`].
 //!
 //! Friction is a spring of `A_p k_t / dx` to an anchor on the surface, which slides where the spring would
-//! bear more than `mu N` ([`Contact::Separate`]), or k on `A_p` and [`STICK_FRICTION`] N, the push alone, beside
-//! it ([`Contact::Stick`]). No velocity enters: a
-//! bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
+//! bear more than `mu N` ([`Contact::Separate`]), or k on `A_p` and [`STICK_FRICTION`] N, the push alone,
+//! beside it ([`Contact::Stick`]). No velocity enters: a bound on the particle's velocity slips by about `2
+//! k h / (rho dx)`, as fast as tools move.
 //!
-//! Clay that a surface is found to stand in, by [`FOUND_DEPTH`] deeper than either can have come in a substep
-//! and untouched before, was not pressed: a tool has been put there. It comes out at [`EJECTION_SPEED`] at most, where the springs would fling
-//! it off, and clings to nothing until then.
+//! Clay that a surface is found to stand in, by [`FOUND_DEPTH`] deeper than either can have come in a
+//! substep and untouched before, was not pressed: a tool has been put there. It comes out at
+//! [`EJECTION_SPEED`] at most, where the springs would fling it off, and clings to nothing until then.
 //!
 //! Why not at nodes: which nodes are inside a shape changes as its face passes planes of nodes, and the force
 //! with it, by a third within a tenth of a cell. Penalty at the particles of
@@ -47,14 +47,14 @@ pub const FOUND_DEPTH: f64 = 0.02;
 /// Speed [cells/substep] at which clay found in a surface comes out.
 pub const EJECTION_SPEED: f64 = 0.02;
 
-/// How far the clay of a particle of rest volume `volume` [cells^3] reaches about its centre \[cells\]: what was
-/// carved from a full particle, an eighth of a cell, is a thinner slab, what is larger a cube.
+/// How far the clay of a particle of rest volume `volume` [cells^3] reaches about its centre \[cells\]:
+/// what was carved from a full particle, an eighth of a cell, is a thinner slab, what is larger a cube.
 pub fn reach(volume: f64) -> f64 {
     (2.0 * volume).min(0.5 * volume.cbrt())
 }
 
-/// The area [cells^2] with which a particle of rest volume `volume` [cells^3] bears: a cube's face, of what is
-/// less than a full particle in proportion to its mass, so that its spring is as fast as a full one's.
+/// The area [cells^2] with which a particle of rest volume `volume` [cells^3] bears: a cube's face, of what
+/// is less than a full particle in proportion to its mass, so that its spring is as fast as a full one's.
 pub fn area(volume: f64) -> f64 {
     (2.0 * volume).min(volume.cbrt().powi(2))
 }
@@ -218,8 +218,8 @@ mod tests {
         assert_eq!((held.force, held.anchor), (DVec3::new(-20.0, -8.0, 0.0), anchor));
     }
 
-    /// What is found deep in a surface is pushed out at the speed of ejection, however it came there; what has
-    /// touched it before, or is hardly in it, bears the spring.
+    /// What is found deep in a surface is pushed out at the speed of ejection, however it came there; what
+    /// has touched it before, or is hardly in it, bears the spring.
     #[test]
     fn clay_found_in_a_surface_comes_out_slowly() {
         let depth = |gap, leaving, anchor| {
@@ -237,7 +237,8 @@ mod tests {
         assert_eq!(depth(-3.0, 0.5, Some(DVec3::ZERO)), (120.0, true));
     }
 
-    /// A full particle is a cube of half a cell; what is carved from it is thinner and bears less, in proportion.
+    /// A full particle is a cube of half a cell; what is carved from it is thinner and bears less, in
+    /// proportion.
     #[test]
     fn reach_follows_the_volume() {
         assert_eq!([reach(0.125), reach(0.0625), reach(1.0)], [0.25, 0.125, 0.5]);

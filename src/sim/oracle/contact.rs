@@ -3,11 +3,12 @@
 //!
 //! 1. **Blades**, in the plan's order: in a blade's band each field, on one side of it or the other, is
 //!    bounded by it where it reaches beyond it: one in front at nodes with distance <= [`CONTACT_OFFSET`],
-//!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool (below). A
-//!    blade that sticks holds these nodes across its plane; along it, it takes each field of every node of
-//!    the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s dx)`, k the fresh
-//!    clay's shear strength: a traction of k, shared out as the stress of clay at yield is. (Nodes that stick
-//!    up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane lies between them.)
+//!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool
+//!    (below). A blade that sticks holds these nodes across its plane; along it, it takes each field of
+//!    every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s
+//!    dx)`, k the fresh clay's shear strength: a traction of k, shared out as the stress of clay at yield
+//!    is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane
+//!    lies between them.)
 //! 2. **Fields**: each two fields a, b of a node, in the order of the divisions they are beyond (bit i for
 //!    the i-th sheet), exchange momentum while they approach along n, unless a blade stands between them. n
 //!    is the normal from a to b of the sheet between them, or the mean of the normals of two, each the slope
@@ -16,9 +17,10 @@
 //!    the impulse on b is `-m u` along n and, against sliding, at most [`CUT_FRICTION`] times that (never
 //!    more than stops the sliding).
 //!
-//! Contact at the velocity `v_t` of the blade at the node ([`Motion::velocity_at`](tool::Motion::velocity_at)):
-//! stick `v = v_t`; slip removes the relative normal velocity; separate removes it only if negative and
-//! reduces the relative tangential speed by at most friction times the normal change.
+//! Contact at the velocity `v_t` of the blade at the node
+//! ([`Motion::velocity_at`](tool::Motion::velocity_at)): stick `v = v_t`; slip removes the relative normal
+//! velocity; separate removes it only if negative and reduces the relative tangential speed by at most
+//! friction times the normal change.
 //!
 //! Impulses `m (v_before - v_after)` sum up on the tool.
 //!

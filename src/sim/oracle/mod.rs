@@ -20,8 +20,8 @@
 //! | `report`               | momentum, energy and volume                       | -                      |
 //!
 //! What it shares with the engines is what their comparison cannot judge: the material's yield stress
-//! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact
-//! (`penalty`), `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
+//! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact (`penalty`),
+//! `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
 //! against closed forms.
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.

@@ -1,14 +1,15 @@
 //! Clay against solid tools: the [law of contact](super::super::penalty), particle by particle.
 //!
 //! For each particle at its place of `t`, and each solid tool of the plan in order at its pose of `t + h`:
-//! `g = s(x) - r` with the shape's signed distance and [`reach`] of the rest volume in cells^3, n the shape's
-//! outward normal at x. [`Springs`] have `M = lambda + 2 mu` of the plan's material: per cell
-//! `A kappa M / dx`, `A k_t M / dx`, and `k A` of the fresh clay's shear strength k, `A` = [`area`] in m^2. The
-//! anchor is a place in the tool's frame, kept from substep to substep for as long as they touch; a particle
-//! keeps at most [`ANCHORS_MAX`] of them, those of the first tools in the plan's order, and a tool beyond
-//! these presses without friction or bond. What is found in several comes out of them in their order. The impulse `h F` goes to the nodes with the particle's own
-//! momentum ([`p2g`](super::p2g)), before walls fold; the tool feels `-h F` at x, about its origin at `t + h`.
-//! A growing ball of validation cases has its radius of `t + h`.
+//! `g = s(x) - r` with the shape's signed distance and [`reach`] of the rest volume in cells^3, n the
+//! shape's outward normal at x. [`Springs`] have `M = lambda + 2 mu` of the plan's material: per cell `A
+//! kappa M / dx`, `A k_t M / dx`, and `k A` of the fresh clay's shear strength k, `A` = [`area`] in m^2.
+//! The anchor is a place in the tool's frame, kept from substep to substep for as long as they touch; a
+//! particle keeps at most [`ANCHORS_MAX`] of them, those of the first tools in the plan's order, and a tool
+//! beyond these presses without friction or bond. What is found in several comes out of them in their
+//! order. The impulse `h F` goes to the nodes with the particle's own momentum ([`p2g`](super::p2g)),
+//! before walls fold; the tool feels `-h F` at x, about its origin at `t + h`. A growing ball of validation
+//! cases has its radius of `t + h`.
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;

@@ -5,8 +5,8 @@ use super::super::variants::variants;
 use super::shape::ToolShape;
 use serde::{Deserialize, Serialize};
 
-/// Offset of contact with a blade \[cells\]: nodes less than this before it take part, so that the clay's face
-/// rests on the blade.
+/// Offset of contact with a blade \[cells\]: nodes less than this before it take part, so that the clay's
+/// face rests on the blade.
 pub const CONTACT_OFFSET: f64 = 0.4;
 
 /// Friction between the two sides of a kept cut [-]: clay on clay slides at about 27 degrees.
@@ -20,8 +20,8 @@ pub enum Contact {
     /// The clay moves with the tool. It slides, and comes off, where more than its shear strength would be
     /// needed to take it along. (Off a blade it does not come.)
     Stick,
-    /// The clay slides along the tool without friction, and leaves it where more than its shear strength would
-    /// be needed to hold it. (A blade it does not leave.)
+    /// The clay slides along the tool without friction, and leaves it where more than its shear strength
+    /// would be needed to hold it. (A blade it does not leave.)
     Slip,
     /// The clay can leave; while pressed it slides against Coulomb friction.
     Separate {

@@ -1,4 +1,5 @@
-//! Contact of solid tools in the oracle: forces against the potential, action and reaction, Coulomb, adhesion.
+//! Contact of solid tools in the oracle: forces against the potential, action and reaction, Coulomb,
+//! adhesion.
 
 use bevy_clay::sim::oracle::{Oracle, Particle};
 use bevy_clay::sim::params::WALL_NODE;
@@ -182,7 +183,7 @@ fn lifted_plate_pulls_by_the_strength_at_most() {
         assert_eq!((last.impulse, last.contacts), (DVec3::ZERO, 0), "{contact:?}");
         match contact {
             Contact::Stick | Contact::Slip => {
-                assert!(pull > 0.5 * most && pull <= most * (1.0 + 1e-9), "{contact:?}: {pull} {most}")
+                assert!(pull > 0.5 * most && pull <= most * (1.0 + 1e-9), "{contact:?}: {pull} {most}");
             }
             Contact::Separate { .. } => assert!(pull <= 0.0, "{contact:?}: {pull}"),
         }

@@ -180,8 +180,8 @@ fn noise(particles: &[Particle], bulk_modulus: f64) -> f64 {
 /// The punch with and without averaging of volume at nu = 0.45, and at nu = 0.49 in full.
 pub fn punch(size: Size) -> Vec<Row> {
     let width = 8.0;
-    // The splines blur the strip's edges: it bears as one that is 1.6 cells wider, first order in dx / B (rows
-    // of `validate contact` take B to infinity); 7 % for the rest.
+    // The splines blur the strip's edges: it bears as one that is 1.6 cells wider, first order in dx / B
+    // (rows of `validate contact` take B to infinity); 7 % for the rest.
     let most = PRANDTL * (1.0 + 1.6 / width) * 1.07;
     let ratios: &[f64] = size.pick(&[0.45], &[0.45], &[0.45, 0.49]);
     let mut rows = vec![];

@@ -1,5 +1,5 @@
-//! Solid tools on clay as a hand has it: forces without steps, the same at every offset and angle to the grid,
-//! held; nothing in the tool, nothing through it.
+//! Solid tools on clay as a hand has it: forces without steps, the same at every offset and angle to the
+//! grid, held; nothing in the tool, nothing through it.
 
 use crate::lab::{DX, Lab, Mover, Size, block, jitter, place, room_with, snapshot, stable_step};
 use crate::report::Row;
