@@ -1,0 +1,97 @@
+//! Solid tools that press on clay, in turn and together, and tools that are set into it.
+
+use super::{Agreement, CELL, Case, agreement, agreement_at_cut, block, floor_walls, moving, plan, soft};
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec3, IVec3};
+
+/// Raises a tool of `shape` at `at` \[cells\] until it stands off the clay by a little more than its particles
+/// reach.
+fn raised(snapshot: &Snapshot, shape: &ToolShape, mut at: DVec3, rotation: DQuat) -> DVec3 {
+    let pose = |at| Pose { position: snapshot.domain.to_world(at), rotation };
+    let touches = |at| {
+        let pose = pose(at);
+        let distance = |p: &Particle| shape.distance(pose.to_local(snapshot.domain.to_world(p.grid())));
+        snapshot.particles.iter().any(|p| distance(p) < 0.27 * CELL)
+    };
+    while touches(at) {
+        at.y += 0.02;
+    }
+    at
+}
+
+/// Each solid tool with each contact, pressed onto the block's top at 0.06 cells per substep while it slides;
+/// then the same lifted.
+pub fn solid_tools() -> Vec<Agreement> {
+    let mut cases = vec![];
+    for agreement in found_tools() {
+        let Case { snapshot, mut plan } = agreement.case;
+        let path = &mut plan.tools[0];
+        let samples = path.samples.clone();
+        let [from, to] = [0, 1].map(|i: usize| snapshot.domain.to_grid(samples[i].pose.position));
+        let at = raised(&snapshot, &path.tool.shape, from, samples[0].pose.rotation);
+        let place = |cells| Pose { position: snapshot.domain.to_world(cells), ..samples[0].pose };
+        let (half, pressed) = (0.5 * samples[1].time, at + 0.7 * (to - from));
+        path.samples = vec![
+            PoseSample { time: 0.0, pose: place(at) },
+            PoseSample { time: half, pose: place(pressed) },
+            PoseSample { time: 2.0 * half, pose: place(pressed + 0.3 * DVec3::Y) },
+        ];
+        cases.push(Agreement {
+            name: format!("pressed and lifted, {}", agreement.name),
+            case: Case { snapshot, plan },
+            ..agreement
+        });
+    }
+    cases
+}
+
+/// Two boxes that make a corner, a ball in it, and a fourth tool over both, that press on clay which a cut
+/// divides: an anchor for each tool, and for no more than two.
+pub fn tools_in_a_corner() -> Vec<Agreement> {
+    let case = |contact: Contact, is_cut: bool| {
+        let mut s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = plan(&s, 0.25, 20, vec![]);
+        let low = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.0, 0.0, 6.0);
+        let plate = |half: DVec3| Tool { shape: ToolShape::Box { half_size: half * CELL }, contact };
+        let ball = Tool { shape: ToolShape::Sphere { radius: 2.0 * CELL }, contact };
+        let press = DVec3::splat(0.35);
+        let shift = |tool: Tool, at: DVec3, way: DVec3, id| ToolPath {
+            id,
+            ..moving(&s, &p, tool, low + at, low + at + way, DQuat::IDENTITY)
+        };
+        let (thick, wide) = (2.0, 12.0);
+        p.tools = vec![
+            shift(plate(DVec3::new(thick, wide, wide)), DVec3::new(-thick - 0.15, 4.0, 5.0), press * DVec3::X, 0),
+            shift(plate(DVec3::new(wide, thick, wide)), DVec3::new(5.0, 8.15 + thick, 5.0), press * DVec3::NEG_Y, 7),
+            shift(plate(DVec3::new(wide, wide, thick)), DVec3::new(5.0, 4.0, -thick - 0.15), press, 9),
+            shift(ball, DVec3::new(4.0, 9.9, 4.0), DVec3::NEG_Y * 0.6, 2),
+        ];
+        if is_cut {
+            for q in &mut s.particles {
+                let side = (q.grid() - low - DVec3::new(3.3, 4.0, 4.0)).dot(DVec3::new(1.0, 0.2, 0.1).normalize());
+                if side.abs() < 2.0 {
+                    q.tags[0] = Tag { sheet: 5, side: if side < 0.0 { -1 } else { 1 } };
+                }
+            }
+        }
+        let name = format!("corner, {contact:?}{}", if is_cut { ", cut" } else { "" });
+        if is_cut { agreement_at_cut(name, s, p, 0) } else { agreement(name, s, p) }
+    };
+    Contact::ALL.into_iter().flat_map(|contact| [case(contact, false), case(contact, true)]).collect()
+}
+
+/// Each solid tool with each contact, found in the block's top, which it pushes out, while it moves.
+pub fn found_tools() -> Vec<Agreement> {
+    let mut cases = vec![];
+    for shape in ToolShape::ALL.into_iter().filter(|shape| !shape.is_blade()).map(|shape| shape.scaled(CELL)) {
+        for contact in Contact::ALL {
+            let s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), ClayMaterial { softening: 0.4, ..soft() });
+            let mut p = plan(&s, 0.25, 20, vec![]);
+            let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.2, -0.9));
+            let top = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 8.0 + 1.5, 11.3);
+            p.tools = vec![moving(&s, &p, Tool { shape, contact }, top, top + DVec3::new(0.5, -1.2, 0.1), turn)];
+            cases.push(agreement(format!("{shape:?} {contact:?}"), s, p));
+        }
+    }
+    cases
+}
