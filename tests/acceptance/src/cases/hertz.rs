@@ -15,8 +15,8 @@ const RADIUS: f64 = 32.0;
 /// How far a plate is pressed in, of the radius.
 const DEPTHS: [f64; 7] = [0.0125, 0.01875, 0.025, 0.03125, 0.0375, 0.04375, 0.05];
 
-/// Depth [cells], force of a plate at rest [N] and Tatara's, at each depth, of an elastic ball of `radius`
-/// [cells]; none if it did not stay sound.
+/// Depth \[cells\], force of a plate at rest \[N\] and Tatara's, at each depth, of an elastic ball of `radius`
+/// \[cells\]; none if it did not stay sound.
 pub fn octant(radius: f64) -> Vec<[f64; 3]> {
     let material = elastic(0.3);
     let found = forces(&material, radius).unwrap_or_default();
