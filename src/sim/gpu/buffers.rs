@@ -91,11 +91,6 @@ fn node_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes) * 64 * 16
 }
 
-/// Bytes of the node sums, with the touching masses behind them.
-fn sum_bytes(size: NodeSize) -> u64 {
-    node_bytes(size) + words(size.slots * 64)
-}
-
 /// Bytes of the keys of each block's tagged classes and of these classes' masses at its nodes.
 fn cut_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes - 1) * 65 * 4
@@ -124,8 +119,8 @@ pub(super) fn check_limits(limits: &wgpu::Limits, particles: u32, domain: &Domai
     let blocks = domain.blocks().as_i64vec3();
     let table = (blocks.x * blocks.y * blocks.z).unsigned_abs();
     device::check(name, room, 4 * table, Some(format!("{} blocks of 4 cells cubed in the room", room / 4)))?;
-    let slots = room / sum_bytes(NodeSize { slots: 1, ..size });
-    device::check(name, room, sum_bytes(size), Some(format!("{slots} blocks of 4 cells cubed with clay")))?;
+    let slots = room / node_bytes(NodeSize { slots: 1, ..size });
+    device::check(name, room, node_bytes(size), Some(format!("{slots} blocks of 4 cells cubed with clay")))?;
     let tools = room / tool_bytes(1);
     device::check(name, room, tool_bytes(size.tools), Some(format!("{tools} tools")))?;
     device::check("max_compute_workgroups_per_dimension squared", groups, u64::from(size.slots), None)
@@ -219,7 +214,7 @@ impl Buffers {
             Id::ScanSums | Id::ScanWrite => (if cells { slots * 64 } else { self.table_len }).div_ceil(SCAN_CHUNK),
             Id::Slots => groups(self.table_len),
             Id::Clear => slots * self.size.classes,
-            Id::Sides | Id::Grid => slots,
+            Id::Penalty | Id::Sides | Id::Grid => slots,
             Id::Mass => groups(slots),
             Id::Load
             | Id::Mark
@@ -230,7 +225,6 @@ impl Buffers {
             | Id::Tags
             | Id::Classes
             | Id::P2g
-            | Id::Touching
             | Id::G2p
             | Id::Weld
             | Id::Store
@@ -257,7 +251,7 @@ impl Nodes {
         let make = |name: &str, bytes: u64| buffer(device, name, bytes, STORAGE);
         let counts = make("cell counts", words(size.slots * 64));
         Self {
-            sums: make("sums", sum_bytes(size)),
+            sums: make("sums", node_bytes(size)),
             velocities: make("velocities", node_bytes(size)),
             impulses: make("impulses", u64::from(size.slots) * u64::from(2 + 2 * size.tools) * 16),
             masses: make("masses", 2 * words(size.slots)),

@@ -1,4 +1,4 @@
-// Contact at a node: blades, the fields that kept cuts divide, solid tools.
+// Contact at a node: blades, the fields that kept cuts divide.
 
 // A field is the clay that is beyond the same divisions, DIVISIONS_MAX at most, from their owners' sides.
 const NO_BLADE: u32 = 0xffffffffu;
@@ -15,18 +15,10 @@ struct Node {
     beyond: array<u32, CLASSES>, // divisions that a class is beyond, a bit each
     mass: array<f32, CLASSES>,
     v: array<vec3f, CLASSES>,
-    pushed: vec3f, // impulse of tools on the node
+    pushed: vec3f, // impulse of blades on the node
 }
 
-// What one tool took from one node: impulse and contacts, angular impulse and |impulse|.
-struct Taken { impulse: vec4f, angular: vec4f }
-
-fn touch(node: ptr<function, Node>, f: u32, t: Tool, q: vec3f, arm: vec3f, normal: vec3f, share: f32, taken: ptr<function, Taken>) {
-    let before = (*node).v[f];
-    push(node, f, arm, before + share * (contact(t, before, q, normal) - before), taken);
-}
-
-// A tool brings one field to the velocity `after`, and feels the opposite impulse.
+// A blade brings one field to the velocity `after`, and feels the opposite impulse.
 fn push(node: ptr<function, Node>, f: u32, arm: vec3f, after: vec3f, taken: ptr<function, Taken>) {
     let mass = (*node).mass[f];
     if mass <= 0.0 { return; }
@@ -36,12 +28,6 @@ fn push(node: ptr<function, Node>, f: u32, arm: vec3f, after: vec3f, taken: ptr<
     (*node).pushed += impulse;
     (*taken).impulse += vec4f(-impulse, f32(any(after != before)));
     (*taken).angular += vec4f(-cross(arm, impulse), length(impulse));
-}
-
-// Touching clay at a node, of a full cell's mass.
-fn touching_at(slot: u32, k: u32) -> f32 {
-    let place = touching_place(slot, k);
-    return f32(sums[place / 4u][place % 4u]) / params.mass_scale * params.density_unit;
 }
 
 // The lowest sheet above `last` among the block's classes and the blades near it; 0 if there is none.
@@ -57,7 +43,7 @@ fn next_sheet(slot: u32, near_blades: u32, last: u32) -> u32 {
     }
     for (var t = 0u; t < params.tool_count; t++) {
         if (near_blades & (1u << t)) == 0u { continue; }
-        let sheet = tool_now(t).sheet;
+        let sheet = tool_now(t).sheet_or_id;
         if sheet > last { next = min(next, sheet); }
     }
     return select(next, 0u, next == 256u);
@@ -68,7 +54,7 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -
     for (var t = 0u; t < params.tool_count; t++) {
         if (near_blades & (1u << t)) == 0u { continue; }
         let tool = tool_now(t);
-        if tool.sheet != sheet { continue; }
+        if tool.sheet_or_id != sheet { continue; }
         let foot = foot_on(tool, local_end(tool, n, vec3f(0.0)));
         if foot.is_inside && abs(foot.distance) <= BAND {
             return Division(sheet, select(1, -1, foot.distance < 0.0), t, foot.distance, tool.end_rotation * foot.normal);
@@ -139,7 +125,7 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
             if sticks(tool) {
                 push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, params.adhesion), &taken);
             } else if distance_ <= CONTACT_OFFSET {
-                touch(node, f, tool, q, arm, normal, 1.0, &taken);
+                push(node, f, arm, contact(tool, (*node).v[f], q, normal), &taken);
             }
         }
     }

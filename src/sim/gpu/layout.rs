@@ -1,7 +1,7 @@
 //! The structs that host and device share, and the bits of the status word.
 
 use super::super::frame::SurfaceParticle;
-use super::super::snapshot::Particle;
+use super::super::snapshot::{ANCHORS_MAX, Particle};
 use super::super::tool::PROFILE_POINTS;
 use bytemuck::Pod;
 
@@ -9,8 +9,8 @@ use bytemuck::Pod;
 pub const TOOLS_MAX: u32 = 32;
 /// Bent blades that one plan may have: their profiles are uniforms.
 pub const PROFILES_MAX: u32 = 8;
-/// Fields of a particle's state, 16 bytes each.
-pub(super) const FIELDS: u32 = 7;
+/// Fields of a particle's state, 16 bytes each: the last are its anchors.
+pub(super) const FIELDS: u32 = 7 + ANCHORS_MAX as u32;
 /// Pairs of points of a bent blade's profile.
 pub(super) const PROFILE_PAIRS: usize = PROFILE_POINTS.div_ceil(2);
 

@@ -95,10 +95,18 @@ twins! {
         pub blades: u32 = "u32",
         /// which tools are solid, a bit each
         pub solids: u32 = "u32",
+        /// what a tool gives per cell^2 and cell of depth, in eighths of a full cell's mass
+        pub normal_spring: f32 = "f32",
+        /// the same per cell of slip
+        pub tangential_spring: f32 = "f32",
+        /// the same of the clay's shear strength
+        pub contact_strength: f32 = "f32",
         /// compression across a cut at which its sides grow together, as the stress is scaled
         pub weld_stress: f32 = "f32",
         /// what a frame adds to the count of a pressed tag
         pub weld_step: u32 = "u32",
+        /// nothing
+        pub spare: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
         pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
@@ -145,7 +153,7 @@ pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
     }
 }
 
-/// The greatest yield norm, and adhesion: an elastic clay's is infinite, which shaders may not count on.
+/// The greatest yield norm, adhesion and strength: an elastic clay's is infinite, which shaders may not count on.
 const YIELD_NORM_MAX: f32 = 1e30;
 
 impl Params {
@@ -190,6 +198,9 @@ impl Params {
             blades: bits(&|shape| shape.is_blade() && !shape.is_wire()),
             solids: bits(&|shape| !shape.is_blade()),
             profiles: profiles(plan, domain.cell_width),
+            normal_spring: coefficients.contact.normal as f32,
+            tangential_spring: coefficients.contact.tangential as f32,
+            contact_strength: (coefficients.contact.strength as f32).min(YIELD_NORM_MAX),
             weld_stress: weld.map_or(0.0, |rule| coefficients.law.stress_scale * rule.stress) as f32,
             weld_step: weld.map_or(0, |rule| rule.step.into()),
             ..Self::of_law(&coefficients.law, !plan.tools.is_empty())

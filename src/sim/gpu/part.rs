@@ -5,7 +5,8 @@ pub(super) const TABLE: &str = include_str!("table.wgsl");
 pub(super) const LAW: &str = include_str!("law.wgsl");
 pub(super) const TOOL: &str = concat!(include_str!("tool.wgsl"), include_str!("blade.wgsl"));
 pub(super) const CONTACT: &str = include_str!("contact.wgsl");
-pub(super) const TOUCH: &str = include_str!("touch.wgsl");
+pub(super) const BOOKS: &str = include_str!("books.wgsl");
+pub(super) const SPRINGS: &str = include_str!("springs.wgsl");
 pub(super) const YIELD: &str = include_str!("yield.wgsl");
 pub(super) const WALLS: &str = include_str!("walls.wgsl");
 /// The classes of each block, read.

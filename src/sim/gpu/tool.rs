@@ -18,8 +18,8 @@ twins! {
         pub contact: u32 = "u32",
         /// the same at its start
         pub start_cell: [i32; 3] = "vec3i",
-        /// of a blade
-        pub sheet: u32 = "u32",
+        /// the sheet of a blade; of a solid tool its id + 1, by which anchors name it
+        pub sheet_or_id: u32 = "u32",
         /// the rest of it \[cells\]
         pub start_offset: [f32; 3] = "vec3f",
         /// of a separating contact [-]
@@ -82,7 +82,7 @@ impl GpuTool {
             end_offset: (b - cell(b).as_dvec3()).as_vec3().to_array(),
             contact: path.tool.contact.number(),
             start_cell: cell(a).to_array(),
-            sheet: u32::from(path.sheet_id()),
+            sheet_or_id: if path.tool.shape.is_blade() { path.sheet_id().into() } else { path.id.wrapping_add(1) },
             start_offset: (a - cell(a).as_dvec3()).as_vec3().to_array(),
             friction: friction as f32,
             end_rotation: columns(s),

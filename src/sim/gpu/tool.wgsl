@@ -50,6 +50,16 @@ fn sticks(t: Tool) -> bool {
     }
 }
 
+// The greatest friction of the tool on clay of that shear strength that it pushes so.
+fn friction_limit(t: Tool, strength: f32, push: f32) -> f32 {
+    switch t.contact {
+        case STICK { return strength + STICK_FRICTION * max(push, 0.0); }
+        case SLIP { return 0.0; }
+        case SEPARATE { return t.friction * push; }
+        default { return 0.0; }
+    }
+}
+
 // Direction of the gradient of the distance to a cone, and the distance: as the engines on the processor have
 // it.
 fn cone(t: Tool, p: vec3f) -> vec4f {

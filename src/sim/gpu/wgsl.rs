@@ -5,6 +5,8 @@ use super::super::cut::NORMAL_REGULARISATION;
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::{WALL_TOUCH, Wall};
+use super::super::penalty::{BOND_REACH, EJECTION_SPEED, FOUND_DEPTH, STICK_FRICTION};
+use super::super::snapshot::ANCHORS_MAX;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TRACTION_REACH_MIN, ToolShape};
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
 use super::layout::{
@@ -13,16 +15,6 @@ use super::layout::{
 use super::params::Params;
 use super::pass::Pass;
 use super::tool::GpuTool;
-
-/// Offset of a separating tool's contact \[cells\], which on this engine stands at nodes: nodes closer than
-/// this take part where clay touches.
-const TOUCH_OFFSET: f64 = 0.5;
-/// A particle begins to touch and touches wholly within this length \[cells\].
-const TOUCH_FADE: f64 = 0.1;
-/// Share of the first layer of particles, or of their touch, that closes a gap [-].
-const TOUCH_SHARE: f64 = 0.25;
-/// Where the centres of the first layer of particles are when its face is on the surface \[cells\].
-const LAYER_DEPTH: f64 = 0.25;
 
 /// Invocations in a workgroup: 64 nodes of a block; two or one subgroups of today's adapters.
 pub(super) const WORKGROUP: u32 = 64;
@@ -55,6 +47,7 @@ fn constants(classes: u32) -> String {
         ("PROFILE_PAIRS", PROFILE_PAIRS as u32),
         ("SCAN_CHUNK", SCAN_CHUNK),
         ("FIELDS", FIELDS),
+        ("ANCHORS_MAX", ANCHORS_MAX as u32),
         ("SPEED", flag::SPEED),
         ("NON_FINITE", flag::NON_FINITE),
         ("MARGIN", flag::MARGIN),
@@ -72,10 +65,12 @@ fn constants(classes: u32) -> String {
     let unsigned = counts.map(|(name, value)| (name.to_string(), value)).chain(shapes).chain(contacts).chain(walls);
     let numbers = [
         ("BAND", BAND),
+        ("BOND_REACH", BOND_REACH),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
+        ("EJECTION_SPEED", EJECTION_SPEED),
         ("FLOWING", FLOWING),
-        ("LAYER_DEPTH", LAYER_DEPTH),
+        ("FOUND_DEPTH", FOUND_DEPTH),
         ("MEETING_SHARE", MEETING_SHARE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
         // Of the elastic strain b - I.
@@ -85,9 +80,7 @@ fn constants(classes: u32) -> String {
         ("SET_BACK", SET_BACK),
         ("SOFTENING_REACH", SOFTENING_REACH),
         ("SQRT_2_3", SQRT_2_3),
-        ("TOUCH_FADE", TOUCH_FADE),
-        ("TOUCH_OFFSET", TOUCH_OFFSET),
-        ("TOUCH_SHARE", TOUCH_SHARE),
+        ("STICK_FRICTION", STICK_FRICTION),
         ("TRACTION_REACH_MIN", TRACTION_REACH_MIN),
         ("WALL_TOUCH", WALL_TOUCH),
     ];
@@ -221,6 +214,7 @@ mod tests {
             ("is_crossed", &blades),
             ("contact", &contacts),
             ("can_part", &contacts),
+            ("friction_limit", &contacts),
             ("sticks", &contacts),
         ] {
             let (_, function) =

@@ -50,6 +50,11 @@ fn tools_in_a_corner_agree() {
 }
 
 #[test]
+fn anchors_end_where_the_touch_does() {
+    agreement::assert_anchors_end_where_the_touch_does(&mut NativeEngine::new());
+}
+
+#[test]
 fn blades_agree() {
     assert_all(agreement::blades());
 }

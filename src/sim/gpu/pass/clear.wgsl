@@ -9,8 +9,6 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if is_halted() { return; }
     if i == 0u { atomicAdd(&status.substep, 1u); }
     let slots = atomicLoad(&status.slot_count);
-    // The touching masses, behind the sums.
-    if i < slots * 16u { sums[params.slot_capacity * CLASSES * 64u + i] = vec4i(0); }
     if i < slots * (CLASSES - 1u) { cuts[i / (CLASSES - 1u) * (CLASSES - 1u) * 65u + i % (CLASSES - 1u)] = 0u; }
     if i >= slots * CLASSES * 64u { return; }
     sums[i] = vec4i(0);

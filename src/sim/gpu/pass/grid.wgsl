@@ -1,34 +1,11 @@
-// Momentum -> velocity: fold, sides, gravity, blades and cuts, solid tools, walls, in the order of the
-// substep's definition. One workgroup a block, one invocation a node.
+// Momentum -> velocity: fold, sides, gravity, blades and cuts, walls, in the order of the substep's
+// definition. One workgroup a block, one invocation a node.
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
-@group(0) @binding(17) var<storage, read_write> impulses: array<vec4f>; // sums of a frame, by slot: walls, damping, 2 for each tool
 
-var<workgroup> near_tools: atomic<u32>;
-var<workgroup> head: vec4u; // is over, packed block, near tools, stands at a wall
-var<workgroup> partial: array<vec4f, 64>;
+var<workgroup> near_blades: atomic<u32>;
+var<workgroup> head: vec4u; // is over, packed block, near blades, stands at a wall
 var<workgroup> reflection: array<vec3f, 64>;
-
-// Sum over the workgroup, in a fixed order; only invocation 0 has it.
-fn workgroup_sum(k: u32, v: vec4f) -> vec4f {
-    workgroupBarrier();
-    partial[k] = v;
-    for (var step = 32u; step > 0u; step /= 2u) {
-        workgroupBarrier();
-        if k < step { partial[k] += partial[k + step]; }
-    }
-    return partial[0];
-}
-
-// Books what a tool took in this block.
-fn book(row: u32, t: u32, k: u32, taken: Taken) {
-    let impulse = workgroup_sum(k, taken.impulse);
-    let angular = workgroup_sum(k, taken.angular);
-    if k == 0u {
-        impulses[row + 2u + 2u * t] += impulse;
-        impulses[row + 3u + 2u * t] += angular;
-    }
-}
 
 // No node's momentum overflows while its mass keeps its limit.
 fn check_mass(slot: u32, k: u32) {
@@ -43,14 +20,15 @@ fn check_mass(slot: u32, k: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = group.y * groups.x + group.x;
-    if !is_halted() && slot < params.slot_capacity && k < params.tool_count && is_near_block(tool_now(k), unpack_cell(blocks[slot])) {
-        atomicOr(&near_tools, 1u << k);
+    let is_blade = k < params.tool_count && ((params.blades >> k) & 1u) == 1u;
+    if is_blade && !is_halted() && slot < params.slot_capacity && is_near_block(tool_now(k), unpack_cell(blocks[slot])) {
+        atomicOr(&near_blades, 1u << k);
     }
     workgroupBarrier();
     if k == 0u {
         let packed = blocks[min(slot, params.slot_capacity - 1u)];
         let is_over = is_halted() || slot >= atomicLoad(&status.slot_count);
-        head = vec4u(u32(is_over), packed, atomicLoad(&near_tools), u32(is_at_wall(unpack_cell(packed))));
+        head = vec4u(u32(is_over), packed, atomicLoad(&near_blades), u32(is_at_wall(unpack_cell(packed))));
     }
     let h = workgroupUniformLoad(&head);
     if h.x != 0u { return; }
@@ -65,7 +43,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
 
     // Sides.
     var node: Node;
-    divide(&node, slot, n, near & params.blades, sums_);
+    divide(&node, slot, n, near, sums_);
 
     // Velocity.
     for (var c = 0u; c < CLASSES; c++) {
@@ -82,33 +60,15 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     }
 
     // Blades in order, then the fields that kept cuts divide.
-    let row = slot * (2u + 2u * params.tool_count);
+    let row = books_of(slot);
     if CLASSES > 1u {
         for (var t = 0u; t < params.tool_count; t++) {
-            if (near & params.blades & (1u << t)) == 0u { continue; }
+            if (near & (1u << t)) == 0u { continue; }
             var taken: Taken;
             if !is_outer { taken = against_blade(&node, t, n); }
             book(row, t, k, taken);
         }
         if !is_outer { exchange_all(&node, n); }
-    }
-
-    // Solid tools in order.
-    for (var t = 0u; t < params.tool_count; t++) {
-        if (near & params.solids & (1u << t)) == 0u { continue; }
-        let tool = tool_now(t);
-        var taken: Taken;
-        let q = local_end(tool, n, vec3f(0.0));
-        let s = distance_to(tool, q);
-        if !is_outer && s < contact_offset(tool) {
-            let share = select(1.0, closed_share(touching_at(slot, k), s), separates(tool));
-            let normal = tool.end_rotation * normal_at(tool, q);
-            let arm = vec3f(n - tool.end_cell) - tool.end_offset;
-            for (var f = 0u; f < CLASSES; f++) {
-                if node.leader[f] == f { touch(&node, f, tool, q, arm, normal, share, &taken); }
-            }
-        }
-        book(row, t, k, taken);
     }
 
     // Walls: from here on each class by itself.

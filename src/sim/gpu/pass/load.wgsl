@@ -26,4 +26,9 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + RECORD_HARDENING), bitcast<f32>(i));
+    if params.solids == 0u { return; }
+    for (var a = 0u; a < ANCHORS_MAX; a++) {
+        let from_ = r + RECORD_ANCHORS + 4u * a;
+        state[at(ANCHORS + a, i)] = vec4f(numbers(from_), number(from_ + 3u));
+    }
 }

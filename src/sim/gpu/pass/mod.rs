@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::part::{CONTACT, CUTS, CUTS_WRITTEN, LAW, STATE, TABLE, TOOL, TOUCH, WALLS, YIELD};
+use super::part::{BOOKS, CONTACT, CUTS, CUTS_WRITTEN, LAW, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
 /// own.
@@ -47,10 +47,10 @@ passes! {
     Averaging = "averaging", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     Classes = "classes", true, [STATE, TABLE];
+    Penalty = "penalty", false, [STATE, TOOL, SPRINGS, BOOKS];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
-    Touching = "touching", false, [STATE, TABLE, TOOL, TOUCH];
     Sides = "sides", true, [WALLS, CUTS_WRITTEN];
-    Grid = "grid", false, [TABLE, CUTS, TOOL, TOUCH, CONTACT, WALLS];
+    Grid = "grid", false, [TABLE, CUTS, TOOL, BOOKS, CONTACT, WALLS];
     G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
     Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL];

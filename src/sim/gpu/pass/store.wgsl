@@ -41,8 +41,12 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_REST_VOLUME] = records[from_ + RECORD_REST_VOLUME];
     stored[r + RECORD_ID] = records[from_ + RECORD_ID];
     stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
-    // These passes press on nodes and keep no anchors.
-    for (var word = RECORD_ANCHORS; word < RECORD_WORDS; word++) { stored[r + word] = 0u; }
+    for (var anchor = 0u; anchor < ANCHORS_MAX; anchor++) {
+        var words = vec4u(0u);
+        // Without solid tools there is nothing to cling to.
+        if params.solids != 0u { words = bitcast<vec4u>(state[at(ANCHORS + anchor, i)]); }
+        for (var word = 0u; word < 4u; word++) { stored[r + RECORD_ANCHORS + 4u * anchor + word] = words[word]; }
+    }
 
     let tags = bitcast<u32>(velocity.w);
     if (tags & 0xff00u) != 0u { atomicOr(&status.sheets[(tags & 255u) / 32u], 1u << (tags & 31u)); }

@@ -43,9 +43,9 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
             let now = local_start(t, cell, x);
             is_behind = (to.distance < 0.0) != (is_crossed(t, was, now) != is_crossed(t, now, after));
         }
-        var place = place_of(packed, t.sheet);
+        var place = place_of(packed, t.sheet_or_id);
         if is_new || (at_blade && place == NONE) {
-            let taken = t.sheet | (select(1u, 255u, is_behind) << 8u);
+            let taken = t.sheet_or_id | (select(1u, 255u, is_behind) << 8u);
             if place == NONE {
                 // The newest sheet comes first.
                 let has_first = (packed & 0xff00u) != 0u;

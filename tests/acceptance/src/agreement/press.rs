@@ -1,6 +1,7 @@
 //! Solid tools that press on clay, in turn and together, and tools that are set into it.
 
 use super::{Agreement, CELL, Case, agreement, agreement_at_cut, block, floor_walls, moving, plan, soft};
+use bevy_clay::prelude::*;
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
 
@@ -94,4 +95,28 @@ pub fn found_tools() -> Vec<Agreement> {
         }
     }
     cases
+}
+/// Particles cling to a tool while it stays; to nothing once it has jumped away between two frames, and once
+/// there is none.
+pub fn assert_anchors_end_where_the_touch_does(engine: &mut dyn Engine) {
+    let Agreement { case: Case { snapshot, plan }, name, .. } = solid_tools().swap_remove(0);
+    let end = plan.tools[0].samples[1].pose;
+    let with =
+        |pose: Pose| FramePlan { tools: vec![ToolPath::still(plan.tools[0].id, plan.tools[0].tool, pose)], ..plan.clone() };
+    let away = Pose { position: end.position + DVec3::Y * 60.0 * CELL, ..end };
+    let pressing = FramePlan { steps: plan.steps / 2, ..plan.clone() };
+    let none = FramePlan { tools: vec![], ..plan.clone() };
+    let mut clinging_after = |plans: &[FramePlan]| {
+        engine.load(&snapshot).expect("load");
+        for plan in plans {
+            engine.submit(plan.clone()).expect("submit");
+            assert!(engine.wait().expect("report").health.is_ok(), "{name}");
+        }
+        let particles = engine.save().expect("save").particles;
+        particles.iter().filter(|p| p.anchors.iter().any(|anchor| *anchor != Anchor::default())).count()
+    };
+    let (pressed, held) = (clinging_after(&[pressing.clone()]), clinging_after(&[pressing.clone(), with(end)]));
+    assert!(pressed > 10 && held > 10, "{name}: {pressed}, {held}");
+    assert_eq!(clinging_after(&[pressing.clone(), with(away)]), 0, "{name}: away");
+    assert_eq!(clinging_after(&[pressing, none]), 0, "{name}: none");
 }

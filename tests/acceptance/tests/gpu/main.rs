@@ -48,6 +48,11 @@ fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     Ok(())
 }
 
+fn anchors_end_where_the_touch_does(engine: &mut GpuEngine) -> Result<(), Failed> {
+    agreement::assert_anchors_end_where_the_touch_does(engine);
+    Ok(())
+}
+
 fn given_up_frames_leave_no_trace(engine: &mut GpuEngine) -> Result<(), Failed> {
     agreement::assert_given_up_frames_leave_no_trace(engine);
     Ok(())
@@ -137,6 +142,9 @@ fn main() {
         cases("impact_agrees", agreement::impact),
         cases("asymmetric_deformation_agrees", agreement::asymmetric_deformation),
         cases("solid_tools_agree", agreement::solid_tools),
+        cases("found_tools_agree", agreement::found_tools),
+        cases("tools_in_a_corner_agree", agreement::tools_in_a_corner),
+        with_engine("anchors_end_where_the_touch_does", anchors_end_where_the_touch_does),
         cases("laws_agree", agreement::laws),
         with_engine("all_laws_agree_or_are_refused", laws_agree_or_are_refused),
         with_engine("other_methods_are_refused", other_methods_are_refused),
