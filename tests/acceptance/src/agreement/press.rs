@@ -96,16 +96,17 @@ pub fn found_tools() -> Vec<Agreement> {
     }
     cases
 }
+
 /// Particles cling to a tool while it stays; to nothing once it has jumped away between two frames, and once
 /// there is none.
 pub fn assert_anchors_end_where_the_touch_does(engine: &mut dyn Engine) {
     let Agreement { case: Case { snapshot, plan }, name, .. } = solid_tools().swap_remove(0);
     let end = plan.tools[0].samples[1].pose;
+    let brief = FramePlan { steps: 2, tools: vec![], ..plan.clone() };
     let with =
-        |pose: Pose| FramePlan { tools: vec![ToolPath::still(plan.tools[0].id, plan.tools[0].tool, pose)], ..plan.clone() };
+        |pose: Pose| FramePlan { tools: vec![ToolPath::still(plan.tools[0].id, plan.tools[0].tool, pose)], ..brief.clone() };
     let away = Pose { position: end.position + DVec3::Y * 60.0 * CELL, ..end };
     let pressing = FramePlan { steps: plan.steps / 2, ..plan.clone() };
-    let none = FramePlan { tools: vec![], ..plan.clone() };
     let mut clinging_after = |plans: &[FramePlan]| {
         engine.load(&snapshot).expect("load");
         for plan in plans {
@@ -118,5 +119,5 @@ pub fn assert_anchors_end_where_the_touch_does(engine: &mut dyn Engine) {
     let (pressed, held) = (clinging_after(&[pressing.clone()]), clinging_after(&[pressing.clone(), with(end)]));
     assert!(pressed > 10 && held > 10, "{name}: {pressed}, {held}");
     assert_eq!(clinging_after(&[pressing.clone(), with(away)]), 0, "{name}: away");
-    assert_eq!(clinging_after(&[pressing, none]), 0, "{name}: none");
+    assert_eq!(clinging_after(&[pressing, brief]), 0, "{name}: none");
 }
