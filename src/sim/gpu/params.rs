@@ -153,7 +153,8 @@ pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
     }
 }
 
-/// The greatest yield norm, adhesion and strength: an elastic clay's is infinite, which shaders may not count on.
+/// The greatest yield norm, adhesion and strength: an elastic clay's is infinite, which shaders may not count
+/// on.
 const YIELD_NORM_MAX: f32 = 1e30;
 
 impl Params {

@@ -4,7 +4,7 @@ const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed c
 const VELOCITY: u32 = 1u; // [cells/substep], packed tags
 const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w: mass, working, unused
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
-const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // place in a tool's frame [cells], the tool's id + 1; kept while there are solid tools
+const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while there are solid tools: place in a tool's frame [cells], its id + 1
 
 @group(0) @binding(2) var<storage, read_write> state: array<vec4f>;
 

@@ -116,7 +116,8 @@ pub fn assert_anchors_end_where_the_touch_does(engine: &mut dyn Engine) {
         let particles = engine.save().expect("save").particles;
         particles.iter().filter(|p| p.anchors.iter().any(|anchor| *anchor != Anchor::default())).count()
     };
-    let (pressed, held) = (clinging_after(&[pressing.clone()]), clinging_after(&[pressing.clone(), with(end)]));
+    let pressed = clinging_after(std::slice::from_ref(&pressing));
+    let held = clinging_after(&[pressing.clone(), with(end)]);
     assert!(pressed > 10 && held > 10, "{name}: {pressed}, {held}");
     assert_eq!(clinging_after(&[pressing.clone(), with(away)]), 0, "{name}: away");
     assert_eq!(clinging_after(&[pressing, brief]), 0, "{name}: none");
