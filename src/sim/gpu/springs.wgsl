@@ -1,4 +1,5 @@
-// The law of contact (`sim::penalty`) in a tool's own frame: cells, substeps and eighths of a full cell's mass.
+// The law of contact (`sim::penalty`) in a tool's own frame: cells, substeps and eighths of a full cell's
+// mass.
 
 // A particle's contact springs.
 struct Springs { normal: f32, tangential: f32, strength: f32, inertia: f32 }
@@ -18,8 +19,8 @@ fn edge_of(volume: f32) -> f32 {
     return edge - (edge - volume / (edge * edge)) / 3.0;
 }
 
-// How far a particle of this rest volume [cells^3] reaches, and its springs: up to an eighth of a cell a slab,
-// a cube beyond.
+// How far a particle of this rest volume [cells^3] reaches, and its springs: up to an eighth of a cell a
+// slab, a cube beyond.
 fn reach_of(volume: f32) -> f32 {
     if volume <= 0.125 { return 2.0 * volume; }
     return 0.5 * edge_of(volume);

@@ -153,8 +153,8 @@ pub fn floor_walls(floor: Wall) -> Walls {
     Walls { low: [Wall::Separate, floor, Wall::Separate], high: [Wall::Separate; 3] }
 }
 
-/// How far the anchor of a particle that slides stands behind it, over its depth in the tool: friction times the
-/// normal stiffness over the tangential one. By so much more than the depth is it off.
+/// How far the anchor of a particle that slides stands behind it, over its depth in the tool: friction times
+/// the normal stiffness over the tangential one. By so much more than the depth is it off.
 fn trail(plan: &FramePlan) -> f64 {
     let friction = |path: &ToolPath| match path.tool.contact {
         Contact::Stick => STICK_FRICTION,
