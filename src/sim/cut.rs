@@ -8,6 +8,10 @@ use super::snapshot::Tag;
 use glam::{DMat3, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 
+/// The first of the sheets, up to 255, that plates part the clay by: solid tools thinner than two cells. A side
+/// of one lasts while its plate is near; those below are cuts that stay.
+pub const PLATE_SHEET: u8 = 240;
+
 /// Which sides of which cuts a particle is on, and nothing else: by sheet, the higher first, so that equal
 /// sides make equal keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -125,6 +129,33 @@ pub(crate) fn take(tags: &mut [Tag; 2], sheet: u8, side: i8) -> bool {
     gives_up
 }
 
+/// Gives the tags the side of a plate's `sheet` that clay which the plate holds off takes there, unless sides
+/// of other sheets leave no room for it; takes it from clay that is not beside the plate any more. Returns
+/// whether a side was taken.
+pub(crate) fn beside_plate(tags: &mut [Tag; 2], sheet: u8, is_held: bool, takes: Option<i8>) -> bool {
+    let has_room = place(tags, sheet).is_some() || tags.iter().any(|t| t.side == 0);
+    match takes.filter(|_| is_held && has_room) {
+        Some(side) => {
+            take(tags, sheet, side);
+            true
+        }
+        None if is_held => false,
+        None => {
+            drop(tags, sheet);
+            false
+        }
+    }
+}
+
+/// Takes the side of `sheet` from the tags.
+pub(crate) fn drop(tags: &mut [Tag; 2], sheet: u8) {
+    match place(tags, sheet) {
+        Some(0) => *tags = [tags[1], Tag::default()],
+        Some(_) => tags[1] = Tag::default(),
+        None => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,6 +190,22 @@ mod tests {
         assert_eq!(fitted_normal(offsets().take(1).map(|o| (o, 1.0, 1.0))), None);
         let alike = fitted_normal(offsets().map(|o| (o, 1.0, 0.0)));
         assert_eq!(alike, None);
+    }
+
+    /// Clay takes the side of a plate where it has room for one, leaves it when it is away, and gives up no cut
+    /// for it.
+    #[test]
+    fn side_of_a_plate_lasts_while_it_is_near() {
+        let after = |mut tags: [Tag; 2], is_held, takes| (beside_plate(&mut tags, 240, is_held, takes), tags);
+        let (none, plate) = (Tag::default(), tag(240, 1));
+        assert_eq!(after([none; 2], true, Some(1)), (true, [plate, none]));
+        assert_eq!(after([tag(3, -1), none], true, Some(1)), (true, [plate, tag(3, -1)]));
+        assert_eq!(after([tag(3, -1), plate], true, Some(-1)), (true, [tag(3, -1), tag(240, -1)]));
+        assert_eq!(after([tag(3, -1), tag(4, 1)], true, Some(1)), (false, [tag(3, -1), tag(4, 1)]));
+        assert_eq!(after([plate, tag(3, -1)], true, None), (false, [plate, tag(3, -1)]));
+        assert_eq!(after([plate, tag(3, -1)], false, Some(1)), (false, [tag(3, -1), none]));
+        assert_eq!(after([tag(3, -1), plate], false, None), (false, [tag(3, -1), none]));
+        assert_eq!(after([tag(3, -1), tag(4, 1)], false, None), (false, [tag(3, -1), tag(4, 1)]));
     }
 
     #[test]

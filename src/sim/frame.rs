@@ -1,6 +1,6 @@
 //! A frame as data: the plan that goes into an engine, the report and the surface particles that come out.
 
-use super::cut::SheetSet;
+use super::cut::{PLATE_SHEET, SheetSet};
 use super::cutting::CuttingMethod;
 use super::health::Health;
 use super::material::ClayMaterial;
@@ -144,6 +144,11 @@ impl FramePlan {
         1.0 - (1.0 - self.volume_averaging).powf(f64::from(substeps))
     }
 
+    /// Whether a tool of the plan parts clay.
+    pub(super) fn divides(&self) -> bool {
+        self.tools.iter().any(ToolPath::divides)
+    }
+
     /// Checks every number.
     ///
     /// # Errors
@@ -194,12 +199,13 @@ impl FramePlan {
         if path.id == u32::MAX {
             return Err(ParamsError::new("tool id", path.id, "must be less than 4294967295, which stands for no tool"));
         }
-        let is_rival = |p: &&ToolPath| {
-            p.id == path.id || (p.tool.shape.is_blade() && path.tool.shape.is_blade() && p.sheet_id() == path.sheet_id())
-        };
+        if path.tool.shape.is_blade() && path.sheet >= PLATE_SHEET {
+            return Err(ParamsError::new("sheet", path.sheet, "must be less than 240 of a blade: the rest are plates'"));
+        }
+        let is_rival = |p: &&ToolPath| p.id == path.id || (p.divides() && path.divides() && p.sheet_id() == path.sheet_id());
         if self.tools.iter().filter(is_rival).count() > 1 {
-            let reason =
-                "must be another than every other tool's, and each blade needs a sheet of its own (by default the id's low byte)";
+            let reason = "must be another than every other tool's, and each blade and plate needs a sheet of its own (a blade's \
+                by default the id's, from 1 to 239 and around)";
             return Err(ParamsError::new("tool id", path.id, reason));
         }
         Ok(())

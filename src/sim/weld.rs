@@ -30,7 +30,7 @@ impl WeldRule {
 
     /// Whether the rule leaves a sheet alone: its blade is there.
     pub(crate) fn spares(plan: &FramePlan, sheet: u8) -> bool {
-        plan.tools.iter().any(|path| path.tool.shape.is_blade() && path.sheet_id() == sheet)
+        plan.tools.iter().any(|path| path.divides() && path.sheet_id() == sheet)
     }
 
     /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns

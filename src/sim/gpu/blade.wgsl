@@ -1,4 +1,4 @@
-// Blades: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves
+// Blades and plates: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves
 // behind.
 
 // The point of a blade nearest to another, in the blade's frame.
@@ -64,11 +64,31 @@ fn flat_foot(t: Tool, q: vec3f, half_width: f32) -> Foot {
     return Foot(q.z, vec3f(0.0, 0.0, 1.0), abs(q.x) <= half_width && abs(q.y) <= t.size.y);
 }
 
+// Normal of the middle of a plate, across its shortest edge.
+fn plate_normal(t: Tool) -> vec3f {
+    if t.size.x <= t.size.y && t.size.x <= t.size.z { return vec3f(1.0, 0.0, 0.0); }
+    if t.size.y <= t.size.z { return vec3f(0.0, 1.0, 0.0); }
+    return vec3f(0.0, 0.0, 1.0);
+}
+
+// How far beside it a tool parts clay (`Blade::new`).
+fn band_of(t: Tool) -> f32 {
+    if t.sheet == 0u || !is_solid(t) { return BAND; }
+    let n = abs(t.end_rotation * plate_normal(t));
+    return BAND * (n.x + n.y + n.z);
+}
+
+fn plate_foot(t: Tool, q: vec3f) -> Foot {
+    let n = plate_normal(t);
+    return Foot(dot(q, n), n, all((abs(q) <= t.size) | (n != vec3f(0.0))));
+}
+
 fn foot_on(t: Tool, q: vec3f) -> Foot {
     switch t.shape {
         case BLADE, WIRE { return flat_foot(t, q, t.size.x); }
         case POINTED_BLADE { return flat_foot(t, q, t.size.x * ((q.y + t.size.y) / (2.0 * t.size.y))); }
         case BENT_BLADE { return profile_foot(t, q); }
+        case BOX { return plate_foot(t, q); }
         default { return Foot(NOWHERE, vec3f(0.0, 0.0, 1.0), false); }
     }
 }
@@ -76,8 +96,10 @@ fn foot_on(t: Tool, q: vec3f) -> Foot {
 // Whether the straight way from a to b, in the blade's frame, passes through it.
 fn is_crossed(t: Tool, a: vec3f, b: vec3f) -> bool {
     switch t.shape {
-        case BLADE, POINTED_BLADE, WIRE {
-            return (a.z < 0.0) != (b.z < 0.0) && foot_on(t, mix(a, b, a.z / (a.z - b.z))).is_inside;
+        case BLADE, POINTED_BLADE, WIRE, BOX {
+            let from_ = foot_on(t, a).distance;
+            let to = foot_on(t, b).distance;
+            return (from_ < 0.0) != (to < 0.0) && foot_on(t, mix(a, b, from_ / (from_ - to))).is_inside;
         }
         case BENT_BLADE { return is_strip_crossed(t, a, b); }
         default { return false; }

@@ -31,7 +31,7 @@ fn push(node: ptr<function, Node>, f: u32, arm: vec3f, after: vec3f, taken: ptr<
 }
 
 // The lowest sheet above `last` among the block's classes and the blades near it; 0 if there is none.
-fn next_sheet(slot: u32, near_blades: u32, last: u32) -> u32 {
+fn next_sheet(slot: u32, near_dividers: u32, last: u32) -> u32 {
     var next = 256u;
     for (var c = 1u; c < CLASSES; c++) {
         let key = key_at(slot, c);
@@ -42,21 +42,21 @@ fn next_sheet(slot: u32, near_blades: u32, last: u32) -> u32 {
         if b > last { next = min(next, b); }
     }
     for (var t = 0u; t < params.tool_count; t++) {
-        if (near_blades & (1u << t)) == 0u { continue; }
-        let sheet = tool_now(t).sheet_or_id;
+        if (near_dividers & (1u << t)) == 0u { continue; }
+        let sheet = tool_now(t).sheet;
         if sheet > last { next = min(next, sheet); }
     }
     return select(next, 0u, next == 256u);
 }
 
 // Whether a sheet divides the node: in its blade's band, or where most of the mass is tagged by it.
-fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -> Division {
+fn division_by(sheet: u32, slot: u32, n: vec3i, near_dividers: u32, sums_: Sums) -> Division {
     for (var t = 0u; t < params.tool_count; t++) {
-        if (near_blades & (1u << t)) == 0u { continue; }
+        if (near_dividers & (1u << t)) == 0u { continue; }
         let tool = tool_now(t);
-        if tool.sheet_or_id != sheet { continue; }
+        if tool.sheet != sheet { continue; }
         let foot = foot_on(tool, local_end(tool, n, vec3f(0.0)));
-        if foot.is_inside && abs(foot.distance) <= BAND {
+        if foot.is_inside && abs(foot.distance) <= band_of(tool) {
             return Division(sheet, select(1, -1, foot.distance < 0.0), t, foot.distance, tool.end_rotation * foot.normal);
         }
     }
@@ -74,16 +74,16 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) -
     return Division(select(0u, sheet, is_split), select(-1, 1, front >= back), NO_BLADE, 0.0, vec3f(0.0));
 }
 
-fn divide(node: ptr<function, Node>, slot: u32, n: vec3i, near_blades: u32, sums_: Sums) {
+fn divide(node: ptr<function, Node>, slot: u32, n: vec3i, near_dividers: u32, sums_: Sums) {
     if CLASSES == 1u { return; }
-    var sheet = next_sheet(slot, near_blades, 0u);
+    var sheet = next_sheet(slot, near_dividers, 0u);
     while sheet != 0u && (*node).division_count < DIVISIONS_MAX {
-        let division = division_by(sheet, slot, n, near_blades, sums_);
+        let division = division_by(sheet, slot, n, near_dividers, sums_);
         if division.sheet != 0u {
             (*node).divisions[(*node).division_count] = division;
             (*node).division_count += 1u;
         }
-        sheet = next_sheet(slot, near_blades, sheet);
+        sheet = next_sheet(slot, near_dividers, sheet);
     }
     for (var c = 1u; c < CLASSES; c++) {
         let key = key_at(slot, c);
@@ -113,6 +113,8 @@ fn field_side(node: ptr<function, Node>, i: u32, beyond: u32) -> i32 {
 fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
     var taken: Taken;
     let tool = tool_now(t);
+    // A plate presses on particles.
+    if is_solid(tool) { return taken; }
     let q = local_end(tool, n, vec3f(0.0));
     let arm = vec3f(n - tool.end_cell) - tool.end_offset;
     for (var i = 0u; i < (*node).division_count; i++) {

@@ -80,7 +80,7 @@ impl<'a> Encoding<'a> {
     pub(super) fn run(&mut self, encoder: &mut wgpu::CommandEncoder, part: &Part) {
         self.upload(part);
         let variant = |s: u32| Variant { state: part.swaps(s) as usize % 2, source: self.work.source, cells: false };
-        let (mut v, cuts, blades) = (variant(part.first), self.work.kernels.classes > 1, self.has_blades());
+        let (mut v, cuts, divides) = (variant(part.first), self.work.kernels.classes > 1, self.work.plan.divides());
         let solids = self.work.plan.tools.iter().any(|path| !path.tool.shape.is_blade());
         if self.work.clears_flags {
             encoder.clear_buffer(&self.work.buffers.status, 0, None);
@@ -103,7 +103,7 @@ impl<'a> Encoding<'a> {
             if self.work.plan.averaging_share(s, part.total) > 0.0 {
                 passes.push((Id::Averaging, v));
             }
-            if blades {
+            if divides {
                 passes.push((Id::Tags, v));
             }
             if cuts {
@@ -149,10 +149,6 @@ impl<'a> Encoding<'a> {
         passes.extend(scan(cells));
         passes.extend([(Id::Place, cells), (Id::Order, cells)]);
         self.pass(encoder, stretch, &passes);
-    }
-
-    fn has_blades(&self) -> bool {
-        self.work.plan.tools.iter().any(|t| t.tool.shape.is_blade())
     }
 
     /// Parameters and the tools' poses of each substep.

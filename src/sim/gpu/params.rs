@@ -1,12 +1,13 @@
 //! A submission's numbers from its plan: [`Coefficients`] in f32, the room, the fixed point scales.
 
 use super::super::coefficients::{Coefficients, LawCoefficients};
+use super::super::cut::PLATE_SHEET;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
-use super::super::tool::{Outline, Profile, ToolPath, ToolShape};
+use super::super::tool::{Outline, Profile, ToolPath};
 use super::super::weld::WeldRule;
 use super::layout::{PROFILE_PAIRS, PROFILES_MAX, twins};
 use super::scales::Scales;
@@ -91,8 +92,8 @@ twins! {
         pub averaging_last_at: u32 = "u32",
         /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
         pub adhesion: f32 = "f32",
-        /// which tools are blades that hold clay off, a bit each
-        pub blades: u32 = "u32",
+        /// which tools are blades that hold clay off, or plates, a bit each
+        pub dividers: u32 = "u32",
         /// which tools are solid, a bit each
         pub solids: u32 = "u32",
         /// what a tool gives per cell^2 and cell of depth, in eighths of a full cell's mass
@@ -105,8 +106,8 @@ twins! {
         pub weld_stress: f32 = "f32",
         /// what a frame adds to the count of a pressed tag
         pub weld_step: u32 = "u32",
-        /// nothing
-        pub spare: u32 = "u32",
+        /// the sheets of plates that the plan has, a bit each from `PLATE_SHEET` on
+        pub plates: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
         pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
@@ -165,9 +166,7 @@ impl Params {
         let (low, high) = domain.wall_nodes();
         let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
         let weld = WeldRule::of(plan, input.start);
-        let bits = |is: &dyn Fn(&ToolShape) -> bool| {
-            plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(&path.tool.shape)) << i).sum()
-        };
+        let bits = |is: &dyn Fn(&ToolPath) -> bool| plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(path)) << i).sum();
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
         Self {
             blocks: domain.blocks().to_array(),
@@ -196,8 +195,9 @@ impl Params {
             // Of an earlier submission it wraps to where no substep is.
             averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
             adhesion: (coefficients.adhesion as f32).min(YIELD_NORM_MAX),
-            blades: bits(&|shape| shape.is_blade() && !shape.is_wire()),
-            solids: bits(&|shape| !shape.is_blade()),
+            dividers: bits(&|path| path.divides() && !path.tool.shape.is_wire()),
+            solids: bits(&|path| !path.tool.shape.is_blade()),
+            plates: plan.tools.iter().filter(|path| path.sheet >= PLATE_SHEET).map(|path| 1 << (path.sheet - PLATE_SHEET)).sum(),
             profiles: profiles(plan, domain.cell_width),
             normal_spring: coefficients.contact.normal as f32,
             tangential_spring: coefficients.contact.tangential as f32,
@@ -260,7 +260,7 @@ fn profiles(plan: &FramePlan, cell_width: f64) -> [[[f32; 4]; PROFILE_PAIRS]; PR
 pub(super) fn bent_blades(tools: &[ToolPath]) -> impl Iterator<Item = (usize, Profile)> {
     let profile = |(i, path): (usize, &ToolPath)| match path.tool.shape.outline()? {
         Outline::Strip { profile, .. } => Some((i, profile)),
-        Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Wire { .. } => None,
+        Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Plate { .. } | Outline::Wire { .. } => None,
     };
     tools.iter().enumerate().filter_map(profile)
 }

@@ -330,7 +330,7 @@ impl Solver {
     /// Makes the buffers of nodes fit the frame: classes for a cut, poses for its tools.
     fn make_room(&mut self, index: usize) -> Result<(), GpuError> {
         let plan = &self.frames[index].plan;
-        if plan.tools.iter().any(|t| t.tool.shape.is_blade()) {
+        if plan.divides() {
             self.classes = self.classes.max(CLASSES[1]);
         }
         let tools = self.buffers.size.tools.max(plan.tools.len() as u32);

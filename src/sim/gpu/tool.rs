@@ -18,8 +18,8 @@ twins! {
         pub contact: u32 = "u32",
         /// the same at its start
         pub start_cell: [i32; 3] = "vec3i",
-        /// the sheet of a blade; of a solid tool its id + 1, by which anchors name it
-        pub sheet_or_id: u32 = "u32",
+        /// the sheet by which a blade or a plate parts the clay; 0 of what does not
+        pub sheet: u32 = "u32",
         /// the rest of it \[cells\]
         pub start_offset: [f32; 3] = "vec3f",
         /// of a separating contact [-]
@@ -38,6 +38,10 @@ twins! {
         pub size: [f32; 3] = "vec3f",
         /// of a bent blade: its index, and its number of points from bit 8 on
         pub profile: u32 = "u32",
+        /// its id + 1, by which anchors name it
+        pub anchor: u32 = "u32",
+        /// nothing
+        pub spare: [u32; 3] = "array<u32, 3>",
     }
 }
 
@@ -82,7 +86,7 @@ impl GpuTool {
             end_offset: (b - cell(b).as_dvec3()).as_vec3().to_array(),
             contact: path.tool.contact.number(),
             start_cell: cell(a).to_array(),
-            sheet_or_id: if path.tool.shape.is_blade() { path.sheet_id().into() } else { path.id.wrapping_add(1) },
+            sheet: if path.divides() { path.sheet_id().into() } else { 0 },
             start_offset: (a - cell(a).as_dvec3()).as_vec3().to_array(),
             friction: friction as f32,
             end_rotation: columns(s),
@@ -92,6 +96,9 @@ impl GpuTool {
             radius: radius as f32,
             size: size.as_vec3().to_array(),
             profile: profile | points << 8,
+            // Plans have no tool of the greatest id.
+            anchor: path.id.wrapping_add(1),
+            spare: [0; 3],
         }
     }
 }
@@ -106,7 +113,7 @@ fn wire(half_length: f64, motion: Motion) -> (Motion, (f64, DVec3)) {
             let y = at.end.to_local(motion.end.position).y;
             (at, (y, DVec3::new(half_width, half_height, 0.0)))
         }
-        Outline::Triangle { .. } | Outline::Strip { .. } | Outline::Wire { .. } => {
+        Outline::Triangle { .. } | Outline::Strip { .. } | Outline::Plate { .. } | Outline::Wire { .. } => {
             (motion, (0.0, DVec3::new(half_length, -1.0, 0.0)))
         }
     }

@@ -18,11 +18,11 @@ fn local_start(t: Tool, cell: vec3i, offset: vec3f) -> vec3f {
     return (vec3f(cell - t.start_cell) + (offset - t.start_offset)) * t.start_rotation;
 }
 
-// Whether the tool is a blade or a wire.
-fn divides(t: Tool) -> bool {
+// Whether the tool presses on particles; else it is a blade or a wire.
+fn is_solid(t: Tool) -> bool {
     switch t.shape {
-        case BLADE, POINTED_BLADE, BENT_BLADE, WIRE { return true; }
-        case SPHERE, CAPSULE, BOX, CONE, default { return false; }
+        case SPHERE, CAPSULE, BOX, CONE { return true; }
+        case BLADE, POINTED_BLADE, BENT_BLADE, WIRE, default { return false; }
     }
 }
 
@@ -183,7 +183,7 @@ fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -
 // Whether the tool can touch nodes or particles of a block, with a particle's margin and a blade's band about
 // it.
 fn is_near_block(t: Tool, block: vec3i) -> bool {
-    let reach = 3.0 * sqrt(3.0) + BAND;
+    let reach = 3.0 * sqrt(3.0) + band_of(t);
     let centre = block * 4;
     let a = distance_to(t, local_start(t, centre, vec3f(2.0)));
     let b = distance_to(t, local_end(t, centre, vec3f(2.0)));

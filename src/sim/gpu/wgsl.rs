@@ -1,7 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
 //! directives.
 
-use super::super::cut::NORMAL_REGULARISATION;
+use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::{WALL_TOUCH, Wall};
@@ -54,6 +54,7 @@ fn constants(classes: u32) -> String {
         ("OVERFLOW", flag::OVERFLOW),
         ("CAPACITY", flag::CAPACITY),
         ("CROWDED", flag::CROWDED),
+        ("PLATE_SHEET", PLATE_SHEET.into()),
         ("WELD_PARTS", WELD_PARTS as u32),
         ("DIVISIONS_MAX", DIVISIONS_MAX),
         ("FLOW_STEPS", FLOW_STEPS),
@@ -203,15 +204,16 @@ mod tests {
     fn every_shape_and_contact_has_a_case() {
         let (module, _) = validated("tags", &compose(Id::Tags.pass(), 3));
         let shapes: BTreeSet<u32> = ToolShape::ALL.iter().map(ToolShape::number).collect();
-        let blades: BTreeSet<u32> = ToolShape::ALL.iter().filter(|shape| shape.is_blade()).map(ToolShape::number).collect();
+        let parts = |shape: &&ToolShape| shape.is_blade() || matches!(shape, ToolShape::Box { .. });
+        let dividers: BTreeSet<u32> = ToolShape::ALL.iter().filter(parts).map(ToolShape::number).collect();
         let contacts: BTreeSet<u32> = Contact::ALL.iter().map(Contact::number).collect();
         for (name, all) in [
             ("distance_to", &shapes),
             ("normal_at", &shapes),
-            ("divides", &shapes),
+            ("is_solid", &shapes),
             ("is_wire", &shapes),
-            ("foot_on", &blades),
-            ("is_crossed", &blades),
+            ("foot_on", &dividers),
+            ("is_crossed", &dividers),
             ("contact", &contacts),
             ("can_part", &contacts),
             ("friction_limit", &contacts),

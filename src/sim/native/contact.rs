@@ -22,11 +22,11 @@ pub(super) struct ToolNow {
     pub shape: ToolShape,
     pub contact: Contact,
     pub motion: Motion,
-    /// What divides the clay, if the tool is a blade or a wire.
+    /// What divides the clay: the tool, if it is a blade or a wire, or a plate's middle.
     pub blade: Option<Blade>,
     /// The tool as particles, under the methods of others that have such.
     pub sampled: Option<Arc<Sampled>>,
-    /// The sheet that a blade cuts.
+    /// The sheet that a blade or a plate cuts.
     pub sheet: u8,
 }
 
@@ -36,7 +36,7 @@ impl ToolNow {
         let motion = path.motion(start, end);
         let motion = Motion { start: in_cells(motion.start), end: in_cells(motion.end), duration: 1.0 };
         let shape = validation.grown(path.tool.shape, end).scaled(1.0 / domain.cell_width);
-        let blade = shape.outline().map(|outline| Blade::new(outline, motion, 1.0));
+        let blade = path.outline(shape).map(|outline| Blade::new(outline, motion, 1.0));
         Self { id: path.id, shape, contact: path.tool.contact, motion, blade, sampled: None, sheet: path.sheet_id() }
     }
 
@@ -44,7 +44,14 @@ impl ToolNow {
     pub(super) fn sampled(self, method: CuttingMethod, samples: &[Sample]) -> Self {
         // An eighth of a cell, of the clay's density, weighs 1.
         let sampled = Sampled::new(method, samples, &self.motion, 8.0 * SPACING.powi(3), |x| x);
-        Self { sampled: sampled.map(Arc::new), ..self }
+        // The methods of others know no plates.
+        let blade = self.blade.filter(|_| self.shape.is_blade());
+        Self { sampled: sampled.map(Arc::new), blade, ..self }
+    }
+
+    /// Whether the tool presses on particles.
+    pub(super) fn is_solid(&self) -> bool {
+        !self.shape.is_blade()
     }
 
     /// Signed distance \[cells\] of a node from the blade and the unit normal of the blade's front, if the node
@@ -74,7 +81,7 @@ impl ToolNow {
     /// Whether the tool can touch nodes or particles of the block at `block`, with a particle's margin and a
     /// blade's band about it.
     pub(super) fn is_near_block(&self, block: IVec3) -> bool {
-        self.is_near_block_by(block, BAND)
+        self.is_near_block_by(block, self.blade.map_or(BAND, |blade| blade.band()))
     }
 
     /// The same with `band` \[cells\] in place of a blade's.

@@ -58,7 +58,7 @@ impl Block<'_> {
     /// Blades, then the fields that kept cuts divide.
     fn between_sides(&mut self, k: usize, node: IVec3, step: &GridStep, meeting: &Meeting<'_>) {
         let (world, divisions, fields) = (node.as_dvec3(), self.divisions[k], self.fields[k]);
-        for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| t.blade.is_some()) {
+        for (index, tool) in meeting.tools.iter().enumerate().filter(|(_, t)| !t.is_solid()) {
             let Some(i) = divisions.of_blade(index) else { continue };
             let Some((distance, front)) = tool.blade.and_then(|blade| blade.within_band(world)) else { continue };
             // Each field is bounded by the blade where it reaches beyond it; a sticking blade takes it along.

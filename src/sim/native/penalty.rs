@@ -26,7 +26,7 @@ impl<'a> Presses<'a> {
             CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
             CuttingMethod::InteractiveParticles => false,
         };
-        let is_near = |t: &&(usize, &'a ToolNow)| presses && t.1.blade.is_none() && t.1.is_near_block(block);
+        let is_near = |t: &&(usize, &'a ToolNow)| presses && t.1.is_solid() && t.1.is_near_block(block);
         let tools: Vec<_> = self.tools.iter().enumerate().filter(|t| is_near(&t)).collect();
         let report = || GridReport::of_tools(self.tools.len());
         (!tools.is_empty()).then(|| Press { tools, springs: self.springs, report: report() })

@@ -9,7 +9,6 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
-use super::super::tool::BAND;
 use super::super::weld::WeldRule;
 use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
@@ -195,6 +194,7 @@ impl Solver {
         let mut tools = tools_at(0);
         let share = |s: u32| plan.averaging_share(s, steps);
         let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, tools: &tools };
+        self.state.drop_plates(plan);
         self.begin(&first, share(0), &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
@@ -320,12 +320,14 @@ impl Solver {
 
     /// The blocks near a blade of `tools`, whose particles may take a side.
     fn near_blades(&self, s: &ParticleStep<'_>, tools: &[ToolNow]) -> Vec<bool> {
-        let band = if s.cutting.has_ghosts() { ghost::REACH } else { BAND };
+        let reach = if s.cutting.has_ghosts() { ghost::REACH } else { 0.0 };
         let has_sides = match s.cutting {
             CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
             CuttingMethod::InteractiveParticles => false,
         };
-        let is_near = |b: &glam::IVec3| has_sides && tools.iter().any(|t| t.blade.is_some() && t.is_near_block_by(*b, band));
+        let is_near = |b: &glam::IVec3| {
+            has_sides && tools.iter().any(|t| t.blade.is_some_and(|blade| t.is_near_block_by(*b, blade.band().max(reach))))
+        };
         self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
     }
 

@@ -4,7 +4,8 @@
 //! where a frame starts or ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`]
 //! cells from its cell before it is sorted anew.
 
-use super::super::cut::{CutKey, SheetSet};
+use super::super::cut::{self, CutKey, PLATE_SHEET, SheetSet};
+use super::super::frame::FramePlan;
 use super::super::params::{BLOCK, Domain};
 use super::super::snapshot::{ANCHORS_MAX, Anchor, Particle, Tag};
 use super::law::Sym8;
@@ -229,6 +230,14 @@ impl State {
             Self { hot, cold, runs: vec![], blocks: vec![], table: Arc::new(Table { extent, slots }), spare: None, sorts: 0 };
         state.sort();
         state
+    }
+
+    /// Drops what is left of plates that are not in the plan; the next sort makes the classes anew.
+    pub(super) fn drop_plates(&mut self, plan: &FramePlan) {
+        let is_left = |sheet: &u8| *sheet >= PLATE_SHEET && !plan.tools.iter().any(|path| path.sheet == *sheet);
+        for sheet in self.sheets().iter().filter(is_left) {
+            self.cold.iter_mut().for_each(|cold| cut::drop(&mut cold.tags, sheet));
+        }
     }
 
     /// The sheets that particles have a side of.

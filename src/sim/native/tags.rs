@@ -55,8 +55,12 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let Some(blade) = &tool.blade else { continue };
             let near = blade.near(x - travelled, x);
-            if let Some(side) = near.takes(cut::place(&c.tags, tool.sheet).is_some()) {
-                let before = c.key();
+            let before = c.key();
+            let takes = near.takes(cut::place(&c.tags, tool.sheet).is_some());
+            if tool.is_solid() {
+                sum.taken += u64::from(cut::beside_plate(&mut c.tags, tool.sheet, near.is_held, takes));
+                report.is_changed |= c.key() != before;
+            } else if let Some(side) = takes {
                 sum.displaced += u64::from(cut::take(&mut c.tags, tool.sheet, side));
                 report.is_changed |= c.key() != before;
                 sum.taken += 1;

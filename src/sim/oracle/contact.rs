@@ -63,6 +63,10 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
 /// takes it along.
 fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, around: &Surroundings, frame: &mut FrameReport) {
     let tool = &around.tools[band.tool];
+    // A plate presses on particles.
+    if tool.is_solid() {
+        return;
+    }
     let world = around.domain.to_world(coordinate.as_dvec3());
     let sides: Vec<f64> = node.fields.iter().map(|field| f64::from(node.side(field, i))).collect();
     for (field, sign) in node.fields.iter_mut().zip(sides) {

@@ -88,6 +88,7 @@ impl Oracle {
     /// Runs one frame. The plan has to be [valid](FramePlan::validate); the step is taken as given and never
     /// halved.
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
+        tags::drop_plates(&mut self.particles, plan);
         let mut frame = report::begin(&self.particles, plan);
         for step in 0..plan.steps {
             let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);

@@ -36,7 +36,7 @@ fn press_on(particle: &mut Particle, around: &Surroundings, frame: &mut FrameRep
     let springs = springs(particle.rest_volume, around);
     let mass = around.plan.inertial_density() * particle.rest_volume;
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
-    for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.blade.is_none()) {
+    for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.is_solid()) {
         let (pose, id) = (tool.motion.end, tool.path.id);
         let gap = tool.distance(world, Moment::End) - reach(volume) * cell_width;
         let normal = tool.normal(world);

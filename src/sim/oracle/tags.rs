@@ -7,9 +7,13 @@
 //! [`Near::is_behind`](super::super::tool::Near::is_behind) is put back along the normal to `side * 1e-3`
 //! cells from the plane, and counted: the sweep counts, because a blade at 3 cells per substep leaves its
 //! band behind it.
+//!
+//! A plate's middle does the same to the particles beside it, but for as long as they are there: a side is
+//! dropped where the plate neither is near nor swept over the particle, and at the start of a frame without
+//! the plate; a particle that has sides of two other sheets takes none.
 
-use super::super::cut;
-use super::super::frame::FrameReport;
+use super::super::cut::{self, PLATE_SHEET};
+use super::super::frame::{FramePlan, FrameReport};
 use super::super::tool::SET_BACK;
 use super::particle::Particle;
 use super::tools::Surroundings;
@@ -22,7 +26,10 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
         for particle in particles.iter_mut() {
             let point = around.domain.to_world(particle.position);
             let near = blade.near(point - particle.velocity * around.plan.dt, point);
-            if let Some(side) = near.takes(cut::place(&particle.tags, sheet).is_some()) {
+            let takes = near.takes(cut::place(&particle.tags, sheet).is_some());
+            if tool.is_solid() {
+                seen.tagged += u64::from(cut::beside_plate(&mut particle.tags, sheet, near.is_held, takes));
+            } else if let Some(side) = takes {
                 seen.displaced += u64::from(cut::take(&mut particle.tags, sheet, side));
                 seen.tagged += 1;
             }
@@ -38,9 +45,20 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
     }
 }
 
+/// Drops what is left of plates that are not in the plan.
+pub(super) fn drop_plates(particles: &mut [Particle], plan: &FramePlan) {
+    for particle in particles {
+        for sheet in particle.tags.map(|tag| tag.sheet) {
+            if sheet >= PLATE_SHEET && !plan.tools.iter().any(|path| path.sheet == sheet) {
+                cut::drop(&mut particle.tags, sheet);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::super::frame::{FramePlan, ToolReport};
+    use super::super::super::frame::ToolReport;
     use super::super::super::material::ClayMaterial;
     use super::super::super::params::{Domain, Walls};
     use super::super::super::snapshot::Tag;

@@ -21,7 +21,7 @@ pub(super) struct MovingTool<'a> {
     pub(super) path: &'a ToolPath,
     /// From the substep's start to its end.
     pub(super) motion: Motion,
-    /// The same as a blade, if it is one.
+    /// What parts the clay: the same as a blade, or the middle of a plate.
     pub(super) blade: Option<Blade>,
     /// The same as particles, under the methods of others that have such.
     pub(super) sampled: Option<Sampled>,
@@ -30,6 +30,11 @@ pub(super) struct MovingTool<'a> {
 }
 
 impl MovingTool<'_> {
+    /// Whether the tool presses on particles.
+    pub(super) fn is_solid(&self) -> bool {
+        !self.path.tool.shape.is_blade()
+    }
+
     /// Distance \[m\] from `world` [m]: signed for a solid tool, unsigned for a blade.
     pub(super) fn distance(&self, world: DVec3, at: Moment) -> f64 {
         let pose = match at {
@@ -78,7 +83,10 @@ impl<'a> Surroundings<'a> {
     pub(super) fn new(domain: &'a Domain, plan: &'a FramePlan, start: f64) -> Self {
         let moving = |path: &'a ToolPath| {
             let motion = path.motion(start, start + plan.dt);
-            let blade = path.tool.shape.outline().map(|outline| Blade::new(outline, motion, domain.cell_width));
+            // The methods of others know no plates.
+            let divides = plan.cutting.keeps_cuts() || path.tool.shape.is_blade();
+            let outline = path.outline(path.tool.shape).filter(|_| divides);
+            let blade = outline.map(|outline| Blade::new(outline, motion, domain.cell_width));
             let shape = plan.validation.grown(path.tool.shape, start + plan.dt);
             let sampled = sampled(path, &motion, domain, plan);
             MovingTool { path, motion, blade, sampled, shape }

@@ -1,9 +1,10 @@
 //! Deals sheets to blades: each visit of a blade to the clay is a cut of its own.
 //!
 //! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut
-//! perhaps, must not take the sides of that cut for its own.
+//! perhaps, must not take the sides of that cut for its own. A plate, which leaves no cut behind, keeps its
+//! sheet.
 
-use super::super::cut::SheetSet;
+use super::super::cut::{PLATE_SHEET, SheetSet};
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::health::Health;
 use super::super::snapshot::Snapshot;
@@ -26,6 +27,8 @@ pub struct Sheets {
     /// Cell width \[m\].
     cell_width: f64,
     blades: Vec<BladeSheet>,
+    /// Ids of the plan's plates, and the sheet of each.
+    plates: Vec<(u32, u8)>,
     used: SheetSet,
     /// Sheets in the order in which they were last dealt.
     dealt: Vec<u8>,
@@ -108,6 +111,7 @@ impl Sheets {
         // sheet is free or in use.
         self.blades.retain(|blade| plan.id < blade.plan_id + 2);
         self.reused.retain(|reused| plan.id < reused + 2);
+        self.deal_plates(plan);
         let duration = plan.duration();
         for path in plan.tools.iter_mut().filter(|path| path.tool.shape.is_blade()) {
             let line = line(path, duration);
@@ -117,6 +121,22 @@ impl Sheets {
             (blade.plan_id, blade.is_wire) = (plan.id, line.is_some());
             blade.lines[parity(plan.id)] = line.unwrap_or_default();
             path.sheet = blade.sheet;
+        }
+    }
+
+    /// Gives every plate the sheet that it has, or the first that no other plate of the plan has; the last
+    /// ones beyond that many are no plates.
+    fn deal_plates(&mut self, plan: &mut FramePlan) {
+        self.plates.retain(|plate| plan.tools.iter().any(|path| path.id == plate.0));
+        let cell_width = self.cell_width;
+        for path in plan.tools.iter_mut().filter(|path| path.tool.shape.is_plate(cell_width)) {
+            let held = self.plates.iter().find(|plate| plate.0 == path.id).map(|plate| plate.1);
+            let is_free = |sheet: &u8| self.plates.iter().all(|plate| plate.1 != *sheet);
+            let Some(sheet) = held.or_else(|| (PLATE_SHEET..=u8::MAX).find(is_free)) else { break };
+            if held.is_none() {
+                self.plates.push((path.id, sheet));
+            }
+            path.sheet = sheet;
         }
     }
 
@@ -181,7 +201,7 @@ impl Sheets {
             // Cuts that the clay came with are the oldest.
             age => Some((is_held(*sheet, true), age)),
         };
-        let all = (first.max(1)..=u8::MAX).chain(1..first).filter(|sheet| !is_held(*sheet, false));
+        let all = (first..PLATE_SHEET).chain(1..first).filter(|sheet| !is_held(*sheet, false));
         all.map(|sheet| (rank(&sheet), sheet))
             .min_by_key(|(rank, _)| *rank)
             .map_or((first, false), |(rank, sheet)| (sheet, rank.is_none()))
@@ -219,12 +239,12 @@ mod tests {
 
     /// The sheets that frame `id` of three blades gets.
     fn dealt(sheets: &mut Sheets, id: u64) -> Vec<u8> {
-        dealt_to(sheets, id, &[1, 2, 257])
+        dealt_to(sheets, id, &[1, 2, 240])
     }
 
     /// Frame `plan_id`, in which the first blade had these contacts.
     fn report(plan_id: u64, contacts: u64, sheets: &[u8]) -> FrameReport {
-        let tools = [(1, contacts), (2, 0), (257, 0)].map(|(id, contacts)| ToolReport { id, contacts, ..ToolReport::default() });
+        let tools = [(1, contacts), (2, 0), (240, 0)].map(|(id, contacts)| ToolReport { id, contacts, ..ToolReport::default() });
         FrameReport { plan_id, tools: tools.into(), sheets: sheets.iter().copied().collect(), ..FrameReport::default() }
     }
 
@@ -234,7 +254,7 @@ mod tests {
     fn each_visit_has_a_sheet_of_its_own() {
         let mut sheets = Sheets::default();
         for frame in 0..2 {
-            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "257 has the low byte of 1");
+            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "240 would have that of 1");
         }
         sheets.note(&mut report(0, 9, &[1]));
         assert_eq!(dealt(&mut sheets, 2), [1, 2, 3]);
@@ -249,7 +269,7 @@ mod tests {
     /// loaded first, and its frame's report says so.
     #[test]
     fn oldest_sheet_is_dealt_where_none_is_free() {
-        let all: Vec<u8> = (1..=255).collect();
+        let all: Vec<u8> = (1..PLATE_SHEET).collect();
         let mut sheets = Sheets::default();
         let mut health = vec![];
         let mut visits = vec![];
@@ -265,7 +285,7 @@ mod tests {
         visits.dedup();
         assert!(visits.len() > 255 && health.contains(&Health::CROWDED), "{}", visits.len());
         // In turn, without the two that the other blades hold.
-        let rounds: Vec<_> = visits.chunks_exact(253).collect();
+        let rounds: Vec<_> = visits.chunks_exact(237).collect();
         assert!(rounds.len() > 1 && rounds.iter().all(|round| *round == rounds[0]), "{visits:?}");
         assert!(visits.iter().all(|sheet| ![2, 3].contains(sheet)));
         let mut given_up = FrameReport { health: Health::GIVEN_UP, ..report(1200, 0, &[]) };
@@ -293,6 +313,46 @@ mod tests {
         run(&mut sheets, 5, &[], &[]);
         run(&mut sheets, 6, &[], &[]);
         assert_eq!(run(&mut sheets, 7, &[1], &[]), [1], "all has been kneaded together");
+    }
+
+    /// Boxes thinner than two cells along one edge are plates, with a sheet each that is theirs as long as they
+    /// are there; what is thick, or thin all round, is none, nor is what comes when the sheets are dealt.
+    #[test]
+    fn plates_have_sheets_of_their_own() {
+        let cell_width = 0.1;
+        let deal = |sheets: &mut Sheets, boxes: &[(u32, DVec3)]| -> Vec<u8> {
+            let path = |(id, half_size): &(u32, DVec3)| {
+                let shape = ToolShape::Box { half_size: *half_size };
+                ToolPath::still(*id, Tool { shape, contact: Contact::Slip }, Pose::default())
+            };
+            let tools: Vec<_> = boxes.iter().map(path).collect();
+            let mut plan = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &tools);
+            sheets.deal(&mut plan);
+            assert_eq!(plan.validate(), Ok(()));
+            plan.tools.iter().map(|path| path.sheet).collect()
+        };
+        let (thin, thick, rod) = (DVec3::new(0.5, 0.09, 0.5), DVec3::splat(0.1), DVec3::new(0.09, 0.5, 0.09));
+        let mut sheets = Sheets { cell_width, ..Sheets::default() };
+        assert_eq!(deal(&mut sheets, &[(7, thin), (8, thick), (9, rod), (4, thin)]), [240, 0, 0, 241]);
+        assert_eq!(deal(&mut sheets, &[(4, thin), (11, thin)]), [241, 240]);
+        let many: Vec<_> = (20..40).map(|id| (id, thin)).collect();
+        let dealt = deal(&mut sheets, &many);
+        assert!(dealt[..16].iter().copied().eq(240..=255) && dealt[16..] == [0; 4], "{dealt:?}");
+    }
+
+    /// A plan whose blade has a plate's sheet, or whose plates share one, is refused.
+    #[test]
+    fn sheets_that_clash_are_refused() {
+        let plan = |shape, sheets: [u8; 2]| {
+            let tool = Tool { shape, contact: Contact::Slip };
+            let path = |(id, sheet)| ToolPath { sheet, ..ToolPath::still(id, tool, Pose::default()) };
+            let tools: Vec<_> = (1..).zip(sheets).map(path).collect();
+            StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &tools).validate().map_err(|error| error.name)
+        };
+        let plate = ToolShape::Box { half_size: DVec3::new(0.1, 0.001, 0.1) };
+        assert_eq!((plan(BLADE, [1, 239]), plan(plate, [240, 255])), (Ok(()), Ok(())));
+        assert_eq!((plan(BLADE, [1, 240]), plan(BLADE, [7, 7])), (Err("sheet"), Err("tool id")));
+        assert_eq!((plan(plate, [240, 240]), plan(plate, [0, 0])), (Err("tool id"), Ok(())));
     }
 
     /// An app may name its blades as it likes: ids that are gone hold no sheet.

@@ -56,7 +56,7 @@ pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhe
     surface + parting * normal + kept * slide
 }
 
-/// A blade without thickness in motion over one substep. Lengths in metres or cells, as the caller likes, but
+/// A blade without thickness, or the middle of a plate, in motion over one substep. Lengths in metres or cells, as the caller likes, but
 /// all the same.
 #[derive(Clone, Copy, Debug)]
 pub struct Blade {
@@ -109,10 +109,13 @@ impl Near {
 impl Blade {
     /// The blade of `outline` in `motion`; `cell` is the width of a cell in the caller's unit.
     pub(crate) fn new(outline: Outline, motion: Motion, cell: f64) -> Self {
-        let band = BAND * cell;
+        // A spline reaches 1.5 cells along each axis, which is more across a plane that stands askew. Blades put
+        // up with the rest.
+        let askew = outline.plate_normal().map_or(1.0, |normal| (motion.end.rotation * normal).abs().element_sum());
+        let band = BAND * askew * cell;
         match outline {
             Outline::Wire { half_length } => Self::wire(half_length, motion, cell),
-            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } => {
+            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } | Outline::Plate { .. } => {
                 Self { outline, band, motion, holds: true }
             }
         }
@@ -142,6 +145,11 @@ impl Blade {
         let behind = |pose: Pose| Pose { position: pose.position - ahead * half_height, rotation };
         strip.motion = Motion { start: behind(motion.start), end: behind(motion.end), ..motion };
         strip
+    }
+
+    /// Half the width of the band about it.
+    pub(crate) fn band(&self) -> f64 {
+        self.band
     }
 
     /// Its outline and motion: those of its strip for a wire that moves.

@@ -28,6 +28,11 @@ pub(crate) enum Outline {
         /// Half the extent along Y.
         half_height: f64,
     },
+    /// The middle of a plate of these half edges: across the shortest, the first of equal ones.
+    Plate {
+        /// Half the edge lengths.
+        half_size: DVec3,
+    },
     /// A line along X.
     Wire {
         /// Half its length.
@@ -47,6 +52,14 @@ pub(super) struct Foot {
 }
 
 impl Outline {
+    /// The normal of a plate's middle.
+    pub(super) fn plate_normal(&self) -> Option<DVec3> {
+        match *self {
+            Self::Plate { half_size } => Some(across(half_size)),
+            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Strip { .. } | Self::Wire { .. } => None,
+        }
+    }
+
     /// The foot of a point of the blade's frame.
     pub(super) fn foot(&self, q: DVec3) -> Foot {
         let flat = |is_inside| Foot { distance: q.z, normal: DVec3::Z, is_inside };
@@ -59,6 +72,11 @@ impl Outline {
                 let Nearest { distance, normal, is_beyond } = profile.nearest(DVec2::new(q.x, q.z));
                 Foot { distance, normal: DVec3::new(normal.x, 0.0, normal.y), is_inside: q.y.abs() <= half_height && !is_beyond }
             }
+            Self::Plate { half_size } => {
+                let normal = across(half_size);
+                let is_beside = (q.abs() - half_size).cmple(DVec3::ZERO) | normal.cmpne(DVec3::ZERO);
+                Foot { distance: q.dot(normal), normal, is_inside: is_beside.all() }
+            }
             Self::Wire { .. } => flat(false),
         }
     }
@@ -70,9 +88,21 @@ impl Outline {
                 let at = |q: DVec3| DVec2::new(q.x, q.z);
                 profile.crossings(at(a), at(b)).any(|t| a.lerp(b, t).y.abs() <= half_height)
             }
-            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Wire { .. } => {
-                (a.z < 0.0) != (b.z < 0.0) && self.foot(a.lerp(b, a.z / (a.z - b.z))).is_inside
+            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Plate { .. } | Self::Wire { .. } => {
+                let [from, to] = [a, b].map(|q| self.foot(q).distance);
+                (from < 0.0) != (to < 0.0) && self.foot(a.lerp(b, from / (from - to))).is_inside
             }
         }
+    }
+}
+
+/// Unit vector along the shortest edge, the first of equal ones.
+fn across(half_size: DVec3) -> DVec3 {
+    if half_size.x <= half_size.y && half_size.x <= half_size.z {
+        DVec3::X
+    } else if half_size.y <= half_size.z {
+        DVec3::Y
+    } else {
+        DVec3::Z
     }
 }

@@ -1,6 +1,9 @@
 //! A tool's way through a frame: samples in time, swept over the substeps and never jumped.
 
+use super::super::cut::PLATE_SHEET;
 use super::contact::Tool;
+use super::outline::Outline;
+use super::shape::ToolShape;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +70,9 @@ pub struct ToolPath {
     pub id: u32,
     /// The tool.
     pub tool: Tool,
-    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for the one named by the id's low byte.
+    /// The sheet, from 1, that the tool cuts if it is a blade; 0 for one named by the id. A box with a sheet
+    /// from [`PLATE_SHEET`] on is a plate, which parts the clay on its two sides while it is there; one without
+    /// leaves it to the grid, which does not see what is thinner than two cells.
     /// [`Sheets`](crate::sim::planner::Sheets) deals them.
     #[serde(default)]
     pub sheet: u8,
@@ -81,9 +86,25 @@ impl ToolPath {
         Self { id, tool, sheet: 0, samples: vec![PoseSample { time: 0.0, pose }] }
     }
 
-    /// The sheet that this tool cuts if it is a blade: as given, or the id's low byte, 1 for 0.
+    /// The sheet that this tool cuts if it is a blade: as given, or the id's, from 1 to below
+    /// [`PLATE_SHEET`] and around.
+    #[expect(clippy::cast_possible_truncation, reason = "a remainder of less than 240")]
     pub fn sheet_id(&self) -> u8 {
-        if self.sheet != 0 { self.sheet } else { self.id.to_le_bytes()[0].max(1) }
+        if self.sheet != 0 { self.sheet } else { ((self.id.max(1) - 1) % (u32::from(PLATE_SHEET) - 1)) as u8 + 1 }
+    }
+
+    /// What parts the clay, a blade, a wire, or the middle of a plate, where `shape` is the tool's in the
+    /// caller's unit.
+    pub(crate) fn outline(&self, shape: ToolShape) -> Option<Outline> {
+        match shape {
+            ToolShape::Box { half_size } if self.sheet >= PLATE_SHEET => Some(Outline::Plate { half_size }),
+            _ => shape.outline(),
+        }
+    }
+
+    /// Whether the tool parts the clay: as a blade, a wire, or a plate.
+    pub fn divides(&self) -> bool {
+        self.outline(self.tool.shape).is_some()
     }
 
     /// The pose at `time` \[s\]: position linear, rotation slerp between samples. A path without samples stays

@@ -48,7 +48,7 @@ pub(crate) fn samples(shape: &ToolShape, spacing: f64) -> Vec<Sample> {
         }
         Some(Outline::Strip { profile, half_height }) => bent(&profile, half_height, spacing),
         Some(Outline::Wire { .. }) => vec![],
-        None => {
+        Some(Outline::Plate { .. }) | None => {
             // The points of a lattice about the origin that are inside.
             let half = (shape.bounding_radius() / spacing).ceil();
             let axis = || row(half * spacing, spacing);

@@ -202,6 +202,21 @@ impl ToolShape {
         })
     }
 
+    /// Whether the shape is a plate on a grid of such cells \[m\]: a box thinner than two cells along one edge
+    /// alone. Clay on its two sides shares nodes.
+    pub fn is_plate(&self, cell_width: f64) -> bool {
+        match *self {
+            Self::Box { half_size } => half_size.to_array().iter().filter(|h| **h < cell_width).count() == 1,
+            Self::Sphere { .. }
+            | Self::Capsule { .. }
+            | Self::Blade { .. }
+            | Self::PointedBlade { .. }
+            | Self::BentBlade { .. }
+            | Self::Wire { .. }
+            | Self::Cone { .. } => false,
+        }
+    }
+
     /// Radius \[m\] of a ball about the origin that holds the shape.
     pub fn bounding_radius(&self) -> f64 {
         match *self {

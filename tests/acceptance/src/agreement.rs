@@ -3,7 +3,7 @@
 
 mod press;
 
-pub use press::{assert_anchors_end_where_the_touch_does, found_tools, solid_tools, tools_in_a_corner};
+pub use press::{assert_anchors_end_where_the_touch_does, found_tools, solid_tools, thin_plates, tools_in_a_corner};
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;

@@ -36,6 +36,20 @@ fn found_tools_agree() {
     assert_all(agreement::found_tools());
 }
 
+/// A plate parts the clay on its two sides; of one that has gone nothing is left.
+#[test]
+fn thin_plates_agree() {
+    let cases = agreement::thin_plates();
+    for Agreement { case, name, .. } in &cases {
+        let mut oracle = Oracle::new(&case.snapshot);
+        oracle.run(&case.plan);
+        let beside = |sheet, side| oracle.particles.iter().filter(|p| p.key().side(sheet) == side).count();
+        let left = oracle.particles.iter().filter(|p| p.key().side(250) != 0).count();
+        assert!(beside(243, 1).min(beside(243, -1)) > 5 && left == 0, "{name}: {} {} {left}", beside(243, 1), beside(243, -1));
+    }
+    assert_all(cases);
+}
+
 /// Each particle clings to two tools at most, some to two.
 #[test]
 fn tools_in_a_corner_agree() {

@@ -3,7 +3,7 @@
 
 @group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
 
-var<workgroup> near_blades: atomic<u32>;
+var<workgroup> near_dividers: atomic<u32>;
 var<workgroup> head: vec4u; // is over, packed block, near blades, stands at a wall
 var<workgroup> reflection: array<vec3f, 64>;
 
@@ -20,15 +20,15 @@ fn check_mass(slot: u32, k: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = group.y * groups.x + group.x;
-    let is_blade = k < params.tool_count && ((params.blades >> k) & 1u) == 1u;
-    if is_blade && !is_halted() && slot < params.slot_capacity && is_near_block(tool_now(k), unpack_cell(blocks[slot])) {
-        atomicOr(&near_blades, 1u << k);
+    let is_divider = k < params.tool_count && ((params.dividers >> k) & 1u) == 1u;
+    if is_divider && !is_halted() && slot < params.slot_capacity && is_near_block(tool_now(k), unpack_cell(blocks[slot])) {
+        atomicOr(&near_dividers, 1u << k);
     }
     workgroupBarrier();
     if k == 0u {
         let packed = blocks[min(slot, params.slot_capacity - 1u)];
         let is_over = is_halted() || slot >= atomicLoad(&status.slot_count);
-        head = vec4u(u32(is_over), packed, atomicLoad(&near_blades), u32(is_at_wall(unpack_cell(packed))));
+        head = vec4u(u32(is_over), packed, atomicLoad(&near_dividers), u32(is_at_wall(unpack_cell(packed))));
     }
     let h = workgroupUniformLoad(&head);
     if h.x != 0u { return; }

@@ -10,6 +10,19 @@ fn numbers(at: u32) -> vec3f {
     return vec3f(number(at), number(at + 1u), number(at + 2u));
 }
 
+// The tags without those of plates that are not in the plan.
+fn tags_of(record: u32) -> u32 {
+    var tags = records[record + RECORD_TAGS];
+    if is_left(tags >> 16u) { tags &= 0xffffu; }
+    if is_left(tags) { tags >>= 16u; }
+    return tags;
+}
+
+fn is_left(tag: u32) -> bool {
+    let sheet = tag & 255u;
+    return sheet >= PLATE_SHEET && ((params.plates >> (sheet - PLATE_SHEET)) & 1u) == 0u;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
@@ -20,7 +33,7 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     let e = Sym(numbers(r + RECORD_STRAIN), numbers(r + RECORD_STRAIN + 3u));
     let tau = stress(e);
     state[at(POSITION, i)] = vec4f(numbers(r + RECORD_OFFSET), bitcast<f32>(pack_cell(cell)));
-    state[at(VELOCITY, i)] = vec4f(numbers(r + RECORD_VELOCITY) / params.velocity_unit, bitcast<f32>(records[r + RECORD_TAGS]));
+    state[at(VELOCITY, i)] = vec4f(numbers(r + RECORD_VELOCITY) / params.velocity_unit, bitcast<f32>(tags_of(r)));
     state[at(AFFINE, i)] = vec4f(numbers(affine) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + RECORD_REST_VOLUME) / params.mass_unit);
     state[at(AFFINE + 1u, i)] = vec4f(numbers(affine + 3u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + RECORD_STRUCTURE));
     state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);

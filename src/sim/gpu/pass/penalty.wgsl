@@ -50,10 +50,10 @@ fn press(p: ptr<function, Pressed>, t: Tool) -> Taken {
     let normal = normal_at(t, q);
     let leaving = dot(t.end_rotation * normal, (*p).velocity + (*p).given - velocity_at(t, q));
     let springs = springs_of(volume);
-    let found = touch(t, springs, Surface(gap, normal, leaving), q, anchor_on(p, t.sheet_or_id));
+    let found = touch(t, springs, Surface(gap, normal, leaving), q, anchor_on(p, t.anchor));
     if !found.is_there { return taken; }
     if found.anchor.is_there && (*p).count < ANCHORS_MAX {
-        (*p).after[(*p).count] = vec4f(found.anchor.place, bitcast<f32>(t.sheet_or_id));
+        (*p).after[(*p).count] = vec4f(found.anchor.place, bitcast<f32>(t.anchor));
         (*p).count += 1u;
     }
     let given = t.end_rotation * found.force / springs.inertia;

@@ -13,6 +13,12 @@ fn place_of(tags: u32, sheet: u32) -> u32 {
     return NONE;
 }
 
+// The tags without the one at that place.
+fn without(tags: u32, place: u32) -> u32 {
+    if place == NONE { return tags; }
+    return select(tags & 0xffffu, tags >> 16u, place == 0u);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
@@ -25,13 +31,14 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var packed = bitcast<u32>(velocity.w);
     for (var index = 0u; index < params.tool_count; index++) {
         let t = tool_now(index);
-        if !divides(t) { continue; }
+        if t.sheet == 0u { continue; }
         let before = local_start(t, cell, x - velocity.xyz);
         let after = local_end(t, cell, x);
         let from_ = foot_on(t, before);
         let to = foot_on(t, after);
-        let was_near = from_.is_inside && abs(from_.distance) <= BAND;
-        let is_near = to.is_inside && abs(to.distance) <= BAND;
+        let band = band_of(t);
+        let was_near = from_.is_inside && abs(from_.distance) <= band;
+        let is_near = to.is_inside && abs(to.distance) <= band;
         // A wire holds nothing off, and tags nothing twice.
         let holds = !is_wire(t);
         let at_blade = is_near || (holds && is_crossed(t, before, after));
@@ -43,9 +50,14 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
             let now = local_start(t, cell, x);
             is_behind = (to.distance < 0.0) != (is_crossed(t, was, now) != is_crossed(t, now, after));
         }
-        var place = place_of(packed, t.sheet_or_id);
+        var place = place_of(packed, t.sheet);
+        if is_solid(t) {
+            // Clay beside a plate is on a side of it for as long as it is there, if it has room for one.
+            if !at_blade { packed = without(packed, place); place = NONE; }
+            if place == NONE && (packed & 0xff00u) != 0u && (packed & 0xff000000u) != 0u { continue; }
+        }
         if is_new || (at_blade && place == NONE) {
-            let taken = t.sheet_or_id | (select(1u, 255u, is_behind) << 8u);
+            let taken = t.sheet | (select(1u, 255u, is_behind) << 8u);
             if place == NONE {
                 // The newest sheet comes first.
                 let has_first = (packed & 0xff00u) != 0u;

@@ -42,7 +42,7 @@ fn sides_at(s: Stencil, sheet: u32) -> CutSides {
 fn is_spared(sheet: u32) -> bool {
     for (var t = 0u; t < params.tool_count; t++) {
         let tool = tool_now(t);
-        if divides(tool) && tool.sheet_or_id == sheet { return true; }
+        if tool.sheet == sheet { return true; }
     }
     return false;
 }

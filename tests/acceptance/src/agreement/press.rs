@@ -81,6 +81,37 @@ pub fn tools_in_a_corner() -> Vec<Agreement> {
     Contact::ALL.into_iter().flat_map(|contact| [case(contact, false), case(contact, true)]).collect()
 }
 
+/// Plates thinner than two cells, across each of their edges and with each contact, that go on edge into
+/// clay, whole and cut, and push it aside.
+pub fn thin_plates() -> Vec<Agreement> {
+    let case = |(axis, contact, is_cut): (usize, Contact, bool)| {
+        let mut s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = plan(&s, 0.25, 40, vec![]);
+        let low = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(6.0, 0.0, 6.0);
+        let mut half = DVec3::splat(3.0);
+        half[axis] = 0.6;
+        // Its edge goes down.
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.1, 0.2, if axis == 1 { 1.4 } else { -0.2 }));
+        let tool = Tool { shape: ToolShape::Box { half_size: half * CELL }, contact };
+        let at = raised(&s, &tool.shape, low + DVec3::new(5.2, 10.6, 5.1), turn);
+        let path = moving(&s, &p, tool, at, at + DVec3::new(0.5, -2.4, 0.2), turn);
+        p.tools = vec![ToolPath { id: 3, sheet: 243, ..path }];
+        if is_cut {
+            for q in &mut s.particles {
+                let side = (q.grid() - low - DVec3::new(5.3, 7.3, 4.0)).dot(DVec3::new(0.2, 1.0, 0.1).normalize());
+                // What is left of a plate that is not there any more, and a cut.
+                q.tags[0] =
+                    if side.abs() < 2.0 { Tag { sheet: 5, side: if side < 0.0 { -1 } else { 1 } } } else { Tag::default() };
+                q.tags[1] = Tag { sheet: 250, side: 1 };
+            }
+        }
+        let name = format!("plate across {axis}, {contact:?}{}", if is_cut { ", cut" } else { "" });
+        if is_cut { agreement_at_cut(name, s, p, 0) } else { agreement(name, s, p) }
+    };
+    let cut = Contact::ALL.into_iter().map(|contact| (2, contact, true));
+    [(0, Contact::default(), false), (1, Contact::Stick, false)].into_iter().chain(cut).map(case).collect()
+}
+
 /// Each solid tool with each contact, found in the block's top, which it pushes out, while it moves.
 pub fn found_tools() -> Vec<Agreement> {
     let mut cases = vec![];

@@ -326,6 +326,48 @@ pub fn nothing_inside(size: Size) -> Vec<Row> {
     rows
 }
 
+/// Momentum along x of the clay behind a plate of `thickness` [cells], over that of the clay before it, when
+/// that has gone off at 0.05 m/s by a quarter of a cell; the plate's middle is `shift` [cells] off a node.
+fn carried_through(thickness: f64, shift: f64, degrees: f64) -> f64 {
+    let domain = room_with([20, 16, 16], Walls { low: [Wall::Separate; 3], high: [Wall::Separate; 3] });
+    let rotation = DQuat::from_rotation_z(degrees.to_radians());
+    let middle = DVec3::new(10.0 + shift, 8.0, 8.0);
+    let side = |p: &Particle| (rotation.inverse() * (place(p) - middle)).x;
+    let mut particles = block(DVec3::new(3.0, 4.0, 4.0), IVec3::new(14, 8, 8));
+    particles.retain(|p| side(p).abs() > 0.5 * thickness + 0.25);
+    let speed = 0.05;
+    let before: Vec<bool> = particles.iter().map(|p| side(p) > 0.0).collect();
+    for (p, _) in particles.iter_mut().zip(&before).filter(|(_, before)| **before) {
+        p.velocity = (rotation * DVec3::X * speed).as_vec3().to_array();
+    }
+    let material = Preset::SoftClay.material();
+    let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
+    let shape = ToolShape::Box { half_size: DVec3::new(0.5 * thickness, 7.0, 7.0) };
+    let mut plate = Mover::new(&domain, shape, Contact::default(), middle, rotation);
+    let steps = (0.25 * DX / speed / lab.plan.dt).ceil();
+    assert!(lab.frame_moving(steps as u32, &mut plate).health.is_ok());
+    let along = |p: &Particle| (rotation.inverse() * DVec3::from_array(p.velocity.map(f64::from))).x;
+    let sums = lab.particles().iter().map(|p| (side(p) > 0.0, along(p))).fold([0.0; 2], |mut sums, (is_before, v)| {
+        sums[usize::from(is_before)] += v;
+        sums
+    });
+    sums[0].abs() / sums[1]
+}
+
+/// A thin plate between clay that goes and clay that stays: nothing of it gets through.
+pub fn parted(size: Size) -> Vec<Row> {
+    let mut rows = vec![];
+    for thickness in size.pick([1.0].as_slice(), &[1.0], &[1.0, 0.5, 0.1]) {
+        let mut worst = 0.0f64;
+        for (shift, degrees) in [(0.0, 0.0), (0.25, 0.0), (0.5, 20.0), (0.1, 45.0)] {
+            let carried = carried_through(*thickness, shift, degrees);
+            worst = if carried.is_nan() { carried } else { worst.max(carried) };
+        }
+        rows.push(Row::at_most(format!("plate of {thickness} cells: momentum that gets through"), worst, "of m v", 1e-6));
+    }
+    rows
+}
+
 /// A wide plate on a block, dragged: what it feels along over what it feels across is the friction.
 pub fn sliding(size: Size) -> Vec<Row> {
     let mut rows = vec![];

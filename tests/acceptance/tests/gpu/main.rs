@@ -144,6 +144,7 @@ fn main() {
         cases("solid_tools_agree", agreement::solid_tools),
         cases("found_tools_agree", agreement::found_tools),
         cases("tools_in_a_corner_agree", agreement::tools_in_a_corner),
+        cases("thin_plates_agree", agreement::thin_plates),
         with_engine("anchors_end_where_the_touch_does", anchors_end_where_the_touch_does),
         cases("laws_agree", agreement::laws),
         with_engine("all_laws_agree_or_are_refused", laws_agree_or_are_refused),
