@@ -97,8 +97,14 @@ impl ToolPath {
     /// caller's unit.
     pub(crate) fn outline(&self, shape: ToolShape) -> Option<Outline> {
         match shape {
-            ToolShape::Box { half_size } if self.sheet >= PLATE_SHEET => Some(Outline::Plate { half_size }),
-            _ => shape.outline(),
+            ToolShape::Box { half_size } => (self.sheet >= PLATE_SHEET).then_some(Outline::Plate { half_size }),
+            ToolShape::Sphere { .. }
+            | ToolShape::Capsule { .. }
+            | ToolShape::Blade { .. }
+            | ToolShape::PointedBlade { .. }
+            | ToolShape::BentBlade { .. }
+            | ToolShape::Wire { .. }
+            | ToolShape::Cone { .. } => shape.outline(),
         }
     }
 

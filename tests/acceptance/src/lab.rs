@@ -1,6 +1,5 @@
 //! What the cases share: rooms, blocks of clay, and a bench that runs frames of it.
 
-use bevy_clay::sim::cut::PLATE_SHEET;
 use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
 use clap::ValueEnum;
@@ -182,9 +181,7 @@ impl Mover {
         let start = self.pose;
         self.pose.position += self.velocity * duration;
         let sample = |time, pose| PoseSample { time, pose };
-        // As the planner has it, which deals them.
-        let sheet = if self.tool.shape.is_plate(DX) { PLATE_SHEET + self.id as u8 % 16 } else { 0 };
-        ToolPath { id: self.id, tool: self.tool, sheet, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
+        ToolPath { id: self.id, tool: self.tool, sheet: 0, samples: vec![sample(0.0, start), sample(duration, self.pose)] }
     }
 }
 
