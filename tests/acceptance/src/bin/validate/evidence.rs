@@ -90,6 +90,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("squeezed ball", "", "0"),
     exact("elastic balls", "", "Tatara 1991: both flattened ends and the finite ball"),
     exact("nothing inside", "", "0"),
+    exact("parted clay", "", "0"),
     exact("dragged plate", "", "Coulomb: 0"),
     exact("step with a tool", "", "no less than without a tool"),
     compared(
