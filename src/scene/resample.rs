@@ -73,8 +73,9 @@ pub fn resample_within(snapshot: &Snapshot, cell_width: f64, memory_limit: f64) 
         // Filled is the volume as it stands; the strain carried along says what it is at rest.
         particle.rest_volume = (point.volume / particle.volume_ratio().max(f64::MIN_POSITIVE)) as f32;
         particle.id = id as u32;
-        // Anchors were of the old particle and the old cells.
+        // Anchors and what it touches were of the old particle and the old cells.
         particle.anchors = Default::default();
+        particle.walls = 0;
         particle
     };
     let mut particles: Vec<Particle> = points.par_iter().enumerate().map(|(i, p)| carried((i, p))).collect();

@@ -73,7 +73,7 @@ impl Default for Integrator {
 pub struct FrameOutputs {
     /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
     pub surface: bool,
-    /// The whole state, 148 bytes a particle, for
+    /// The whole state, 152 bytes a particle, for
     /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
 }

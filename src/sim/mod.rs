@@ -8,7 +8,7 @@
 //! |-------------|--------------------------------------------------------------------|---------------------|
 //! | `averaging` | flowing particles share their cell's volume ratio, now and then    | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
-//! | `penalty`   | solid tools press on particles, friction by anchors                | one potential       |
+//! | `penalty`   | solid tools and walls press on particles, friction by anchors      | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
 //! | `grid`      | walls fold their outer nodes onto the inner ones                   | -                   |
 //! |             | cuts divide the nodes: what is on one side moves as one field      | Eq. 2-3, compatible |

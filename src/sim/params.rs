@@ -19,12 +19,8 @@ pub const PADDING: i32 = 3 * BLOCK;
 /// The largest grid edge \[cells\]; the block table of a 1024^3 grid takes 64 MiB.
 pub const CELLS_MAX: i32 = 1024;
 
-/// Least share of a column's mass at its outer node [-] for a separating wall to touch the clay. Not 0: sums
-/// of fixed point lose what is less than 1e-7, and engines would not agree on the substep in which a wall
-/// begins to push.
-pub const WALL_TOUCH: f64 = 1e-4;
-
-/// What stands at one face of the domain.
+/// What stands at one face of the domain. Clay moves freely up to it: slip and stick hold clay from when it
+/// has arrived ([`arrival`](super::penalty::arrival)) until it is 1.5 cells away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Wall {
@@ -33,7 +29,7 @@ pub enum Wall {
     Slip,
     /// No slip: all velocity components reversed in the nodes beyond it, zero on the wall.
     Stick,
-    /// Frictionless while the folded momentum points into the wall, absent otherwise: clay can leave.
+    /// Frictionless against each particle that touches it, as solid tools are: clay can leave.
     #[default]
     Separate,
 }
@@ -43,7 +39,8 @@ variants! {
     Wall: Slip, Stick, Separate
 }
 
-/// The six walls, low and high along each axis.
+/// The six walls, low and high along each axis. By number they are the low ones along x, y, z, then the high
+/// ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Walls {

@@ -18,6 +18,9 @@
 //! substep and untouched before, was not pressed: a tool has been put there. It comes out at
 //! [`EJECTION_SPEED`] at most, where the springs would fling it off, and clings to nothing until then.
 //!
+//! Separating walls are such a surface, without friction. Walls that hold clay do so at nodes; they do from
+//! when it has come as near as [`arrival`] says.
+//!
 //! Why not at nodes: which nodes are inside a shape changes as its face passes planes of nodes, and the force
 //! with it, by a third within a tenth of a cell. Penalty at the particles of
 //! GIMP: Bird et al. 2024; contact at particles as one variational term: Li et al. 2021, BFEMP (arXiv
@@ -46,6 +49,17 @@ pub const FOUND_DEPTH: f64 = 0.02;
 
 /// Speed [cells/substep] at which clay found in a surface comes out.
 pub const EJECTION_SPEED: f64 = 0.02;
+
+/// Gap \[cells\] at which clay has arrived at a wall that holds it: what fills and cells leave between a face
+/// and its particles, with room.
+pub const ARRIVAL_GAP: f64 = 0.05;
+
+/// Distance \[cells\] from a wall that holds clay at which a particle of rest volume `volume` [cells^3] has
+/// arrived: where it touches, or a full one would, within [`ARRIVAL_GAP`]. What is carved moves with the clay
+/// about it.
+pub fn arrival(volume: f64) -> f64 {
+    reach(volume.max(0.125)) + ARRIVAL_GAP
+}
 
 /// How far the clay of a particle of rest volume `volume` [cells^3] reaches about its centre \[cells\]:
 /// what was carved from a full particle, an eighth of a cell, is a thinner slab, what is larger a cube.

@@ -81,7 +81,6 @@ impl<'a> Encoding<'a> {
         self.upload(part);
         let variant = |s: u32| Variant { state: part.swaps(s) as usize % 2, source: self.work.source, cells: false };
         let (mut v, cuts, divides) = (variant(part.first), self.work.kernels.classes > 1, self.work.plan.divides());
-        let solids = self.work.plan.tools.iter().any(|path| !path.tool.shape.is_blade());
         if self.work.clears_flags {
             encoder.clear_buffer(&self.work.buffers.status, 0, None);
         }
@@ -109,10 +108,7 @@ impl<'a> Encoding<'a> {
             if cuts {
                 passes.push((Id::Classes, v));
             }
-            if solids {
-                passes.push((Id::Penalty, Variant { cells: true, ..v }));
-            }
-            passes.push((Id::P2g, v));
+            passes.extend([(Id::Penalty, Variant { cells: true, ..v }), (Id::P2g, v)]);
             let scattered = passes.len();
             if cuts {
                 passes.push((Id::Sides, v));

@@ -40,7 +40,7 @@ macro_rules! words {
 }
 
 /// Where a record, a [`Particle`] of a snapshot, has its fields.
-pub(super) const RECORD: [(&str, u32); 12] = words!(Particle as "RECORD_WORDS" {
+pub(super) const RECORD: [(&str, u32); 13] = words!(Particle as "RECORD_WORDS" {
     cell = "RECORD_CELL",
     offset = "RECORD_OFFSET",
     velocity = "RECORD_VELOCITY",
@@ -52,6 +52,7 @@ pub(super) const RECORD: [(&str, u32); 12] = words!(Particle as "RECORD_WORDS" {
     id = "RECORD_ID",
     tags = "RECORD_TAGS",
     anchors = "RECORD_ANCHORS",
+    walls = "RECORD_WALLS",
 });
 
 /// Where a [`SurfaceParticle`] has its fields.

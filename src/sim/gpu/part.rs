@@ -9,6 +9,7 @@ pub(super) const BOOKS: &str = include_str!("books.wgsl");
 pub(super) const SPRINGS: &str = include_str!("springs.wgsl");
 pub(super) const YIELD: &str = include_str!("yield.wgsl");
 pub(super) const WALLS: &str = include_str!("walls.wgsl");
+pub(super) const ARRIVALS: &str = include_str!("arrivals.wgsl");
 /// The classes of each block, read.
 pub(super) const CUTS: &str = concat!("@group(0) @binding(16) var<storage, read> cuts: array<u32>;\n", include_str!("cuts.wgsl"));
 /// The same, written.

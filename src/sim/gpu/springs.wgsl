@@ -1,4 +1,4 @@
-// The law of contact (`sim::penalty`) in a tool's own frame: cells, substeps and eighths of a full cell's
+// The law of contact (`sim::penalty`), in a tool's own frame: cells, substeps and eighths of a full cell's
 // mass.
 
 // A particle's contact springs.
@@ -35,15 +35,23 @@ fn springs_of(volume: f32) -> Springs {
     return Springs(params.normal_spring * area, params.tangential_spring * area, params.contact_strength * area, 8.0 * volume);
 }
 
+// Whether a surface was put where the particle is, and what it then gives at most of its push.
+fn is_found(was_touched: bool, gap: f32, leaving: f32) -> bool {
+    return !was_touched && gap - leaving < -FOUND_DEPTH;
+}
+
+fn ejection(springs: Springs, push: f32, leaving: f32) -> f32 {
+    return min(push, springs.inertia * max(EJECTION_SPEED - leaving, 0.0));
+}
+
 // What the tool does to a particle at q that clings to it by an anchor, if it touched it before.
 fn touch(t: Tool, springs: Springs, surface: Surface, q: vec3f, before: Anchor) -> Touch {
     var none: Touch;
     let is_bonded = before.is_there && !can_part(t);
     if surface.gap >= select(0.0, BOND_REACH, is_bonded) { return none; }
     let push = max(-springs.normal * surface.gap, -springs.strength);
-    if !before.is_there && surface.gap - surface.leaving < -FOUND_DEPTH {
-        let most = springs.inertia * max(EJECTION_SPEED - surface.leaving, 0.0);
-        return Touch(true, min(push, most) * surface.normal, none.anchor);
+    if is_found(before.is_there, surface.gap, surface.leaving) {
+        return Touch(true, ejection(springs, push, surface.leaving) * surface.normal, none.anchor);
     }
     var anchor = q;
     if before.is_there { anchor = before.place; }

@@ -2,7 +2,7 @@
 
 const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed cell
 const VELOCITY: u32 = 1u; // [cells/substep], packed tags
-const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w: mass, working, unused
+const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w: mass, working, walls that it touches or has arrived at
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
 const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while there are solid tools: place in a tool's frame [cells], its id + 1
 

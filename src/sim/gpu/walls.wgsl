@@ -1,4 +1,4 @@
-// Walls fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one
+// Walls that hold clay fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one
 // invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
@@ -6,7 +6,6 @@
 
 struct Sums { c: array<vec4f, CLASSES> } // momentum and mass of each class
 
-var<workgroup> totals: array<vec4f, 64>; // of all classes
 var<workgroup> exchanged: array<vec4f, 64>; // one class after the other
 
 fn own_sums(slot: u32, k: u32) -> Sums {
@@ -23,7 +22,6 @@ struct Column {
     is_wall: bool, // whether there is a wall and the node stands in its column
     kind: u32,
     role: u32, // 0 outer, 1 wall, 2 inner
-    inward: f32,
     outer: u32,
     wall: u32,
     inner: u32,
@@ -43,7 +41,7 @@ fn column(axis: u32, block: vec3i, k: u32) -> Column {
     let role = select(c, 2u - min(c, 2u), is_high);
     let outer = line + select(0u, 2u * stride, is_high);
     let inner = line + select(2u * stride, 0u, is_high);
-    return Column((is_low || is_high) && c < 3u, kind, role, select(1.0, -1.0, is_high), outer, line + stride, inner);
+    return Column((is_low || is_high) && c < 3u, kind, role, outer, line + stride, inner);
 }
 
 // The components that the image of clay in a wall has reversed.
@@ -54,41 +52,22 @@ fn reflected(kind: u32, axis: u32, v: vec3f) -> vec3f {
     return r;
 }
 
-// Momentum along the inward normal and mass of all classes.
-fn total_at(k: u32, axis: u32, inward: f32) -> vec2f {
-    return vec2f(totals[k][axis] * inward, totals[k].w);
-}
-
-// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer node.
-fn reaction(column_: Column, axis: u32) -> f32 {
-    let outer = total_at(column_.outer, axis, column_.inward);
-    let wall = total_at(column_.wall, axis, column_.inward);
-    let inner = total_at(column_.inner, axis, column_.inward);
-    // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
-    // touch yet.
-    if outer.y <= WALL_TOUCH * (outer.y + wall.y + inner.y) { return 0.0; }
-    let gravity = params.gravity[axis] * column_.inward;
-    let mass = inner.y + outer.y;
-    var velocity = 0.0;
-    if mass > 0.0 { velocity = (inner.x - outer.x) / mass + gravity; }
-    return (inner.y - outer.y) * velocity - (inner.x + wall.x + outer.x) - (mass + wall.y) * gravity;
+// Whether clay that has arrived gives mass to the wall node of a column: see `penalty.wgsl`.
+fn is_held(slot: u32, axis: u32, k: u32) -> bool {
+    let across = array<vec2u, 3>(vec2u(k / 4u % 4u, k % 4u), vec2u(k % 4u, k / 16u), vec2u(k / 16u, k / 4u % 4u))[axis];
+    let bit = 16u * axis + 4u * across.x + across.y;
+    return ((blocks[params.slot_capacity + 2u * slot + bit / 32u] >> (bit % 32u)) & 1u) == 1u;
 }
 
 struct Folding { sums: Sums, folds: u32 } // bit a: the node's column along axis a is folded
 
 // All invocations of the workgroup call it together.
-fn fold(own: Sums, block: vec3i, k: u32) -> Folding {
+fn fold(own: Sums, slot: u32, block: vec3i, k: u32) -> Folding {
     var here = own;
     var folds = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
-        var total = vec4f(0.0);
-        for (var c = 0u; c < CLASSES; c++) {
-            total += here.c[c];
-        }
-        totals[k] = total;
-        workgroupBarrier();
         let w = column(axis, block, k);
-        let is_folded = w.is_wall && (w.kind != WALL_SEPARATE || reaction(w, axis) > 0.0);
+        let is_folded = w.is_wall && w.kind != WALL_SEPARATE && is_held(slot, axis, k);
         folds |= u32(is_folded) << axis;
         for (var c = 0u; c < CLASSES; c++) {
             exchanged[k] = here.c[c];

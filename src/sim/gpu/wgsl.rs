@@ -4,8 +4,8 @@
 use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
-use super::super::params::{WALL_TOUCH, Wall};
-use super::super::penalty::{BOND_REACH, EJECTION_SPEED, FOUND_DEPTH, STICK_FRICTION};
+use super::super::params::Wall;
+use super::super::penalty::{ARRIVAL_GAP, BOND_REACH, EJECTION_SPEED, FOUND_DEPTH, STICK_FRICTION};
 use super::super::snapshot::ANCHORS_MAX;
 use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TRACTION_REACH_MIN, ToolShape};
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
@@ -65,6 +65,7 @@ fn constants(classes: u32) -> String {
     let counts = counts.into_iter().chain(RECORD).chain(SURFACE_PARTICLE);
     let unsigned = counts.map(|(name, value)| (name.to_string(), value)).chain(shapes).chain(contacts).chain(walls);
     let numbers = [
+        ("ARRIVAL_GAP", ARRIVAL_GAP),
         ("BAND", BAND),
         ("BOND_REACH", BOND_REACH),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
@@ -83,7 +84,6 @@ fn constants(classes: u32) -> String {
         ("SQRT_2_3", SQRT_2_3),
         ("STICK_FRICTION", STICK_FRICTION),
         ("TRACTION_REACH_MIN", TRACTION_REACH_MIN),
-        ("WALL_TOUCH", WALL_TOUCH),
     ];
     let unsigned = unsigned.map(|(name, value)| format!("const {name}: u32 = {value}u;\n"));
     unsigned.chain(numbers.map(|(name, value)| format!("const {name}: f32 = {value:?}f;\n"))).collect()

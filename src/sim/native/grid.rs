@@ -170,7 +170,7 @@ impl Grid {
                     tiles.binary_search_by_key(key, |t| t.0).ok().map(|at| &tiles[at].1)
                 });
             }
-            meeting::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting.domain)
+            meeting::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting)
         };
         let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
         let cut_slot = &self.cut_slot;

@@ -34,7 +34,7 @@ pub(super) fn update<'a>(
     meeting: &Meeting<'_>,
     masses_of: &'a MassesOf<'a>,
 ) -> GridReport {
-    let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting.domain);
+    let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting);
     let mut b = Block::new(classes, block, step, meeting, masses_of);
     for k in (0..64).filter(|k| !b.is_outer[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);

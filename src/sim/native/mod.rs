@@ -13,7 +13,7 @@
 //! | `nodes`    | the nodes of a block, and their places in the tiles about it                |
 //! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
 //! | `grid_step`| the numbers of a grid update, and what it met                               |
-//! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles              |
+//! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles, as `walls`  |
 //! | `stats`    | sums for the report                                                         |
 
 mod averaging;
@@ -34,6 +34,7 @@ mod state;
 mod stats;
 mod step;
 mod tags;
+mod walls;
 mod weld;
 
 use super::admit::admit;

@@ -6,9 +6,11 @@ use super::super::material::{ClayMaterial, SOFTENING_REACH};
 use super::super::params::{BLOCK, Domain};
 use super::contact::{Moment, ToolNow};
 use super::kernel::Place;
+use super::meeting::Meeting;
 use super::penalty::Presses;
 use super::state::{Cold, Hot, unpack_cell};
 use super::step::Step;
+use super::walls::Arrivals;
 use glam::{DVec3, IVec3};
 
 /// What the particle passes need of a substep.
@@ -22,14 +24,22 @@ pub(super) struct ParticleStep<'a> {
     pub gravity: DVec3,
     /// Of contact with solid tools.
     pub springs: ContactCoefficients,
+    /// Whether walls clamp their nodes, in validation cases.
+    pub clamps_walls: bool,
     /// Tools at the substep that the gather ends.
     pub tools: &'a [ToolNow],
 }
 
 impl ParticleStep<'_> {
-    /// How solid `tools` press in a substep of these numbers.
-    pub(super) fn presses<'a>(&self, tools: &'a [ToolNow]) -> Presses<'a> {
-        Presses { tools, cutting: self.cutting, springs: self.springs }
+    /// How solid `tools` and walls press in a substep of these numbers.
+    pub(super) fn presses<'a>(&'a self, tools: &'a [ToolNow], arrivals: &'a Arrivals) -> Presses<'a> {
+        let arrivals = (!self.clamps_walls).then_some(arrivals);
+        Presses { tools, cutting: self.cutting, springs: self.springs, domain: self.domain, arrivals }
+    }
+
+    /// What bounds the clay at the nodes of the substep, where clay has arrived so.
+    pub(super) fn meeting<'a>(&'a self, arrivals: &'a Arrivals) -> Meeting<'a> {
+        Meeting { domain: self.domain, tools: self.tools, cutting: self.cutting, arrivals }
     }
 
     /// Distance \[m\] from a grid coordinate to the nearest tool.

@@ -125,8 +125,8 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
 }
 
 /// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant
-/// `stored_at`, the others fused with their gather. The tools of the substep that begins press on the
-/// particles; at a frame's start particles away from all of them lose their anchors. Returns particles
+/// `stored_at`, the others fused with their gather. The tools and walls of the substep that begins press
+/// on the particles; at a frame's start those away from all tools and walls touch nothing any more. Returns particles
 /// clamped and what the tools felt.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
@@ -152,7 +152,7 @@ pub(super) fn scatter(
             let mut clamped = 0;
             let mut press = presses.near(w.block);
             if press.is_none() && matches!(stored_at, Moment::Start) {
-                w.cold.iter_mut().for_each(|p| p.anchors = Default::default());
+                w.cold.iter_mut().for_each(|p| (p.anchors, p.walls) = Default::default());
             }
             let is_gathered = is_gathered(w.index);
             let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));

@@ -1,26 +1,31 @@
-//! Solid tools press on the particles of a block, beside its scatter: the [law of
+//! Solid tools and walls press on the particles of a block, beside its scatter: the [law of
 //! contact](super::super::penalty) in cells, substeps and eighths of a full cell's mass. In f64, one particle
 //! after the other.
 
 use super::super::coefficients::ContactCoefficients;
 use super::super::cutting::CuttingMethod;
+use super::super::params::Domain;
 use super::super::penalty::{BOND_REACH, Springs, Surface, area, reach};
 use super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::contact::ToolNow;
 use super::grid_step::GridReport;
 use super::state::{Cold, Hot, unpack_cell};
+use super::walls::{Arrivals, NearWall};
 use glam::{DVec3, IVec3};
 
-/// The solid tools of a substep.
+/// The solid tools and the walls of a substep.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Presses<'a> {
     pub tools: &'a [ToolNow],
     pub cutting: CuttingMethod,
     pub springs: ContactCoefficients,
+    pub domain: &'a Domain,
+    /// None where walls clamp their nodes.
+    pub arrivals: Option<&'a Arrivals>,
 }
 
 impl<'a> Presses<'a> {
-    /// The press of the tools near `block`, if there are any.
+    /// The press of the tools and walls near `block`, if there are any.
     pub(super) fn near(&self, block: IVec3) -> Option<Press<'a>> {
         let presses = match self.cutting {
             CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
@@ -28,21 +33,25 @@ impl<'a> Presses<'a> {
         };
         let is_near = |t: &&(usize, &'a ToolNow)| presses && t.1.is_solid() && t.1.is_near_block(block);
         let tools: Vec<_> = self.tools.iter().enumerate().filter(|t| is_near(&t)).collect();
+        let walls = self.arrivals.map(|arrivals| (NearWall::of(block, self.domain), arrivals)).filter(|w| !w.0.is_empty());
         let report = || GridReport::of_tools(self.tools.len());
-        (!tools.is_empty()).then(|| Press { tools, springs: self.springs, report: report() })
+        let is_any = !tools.is_empty() || walls.is_some();
+        is_any.then(|| Press { tools, walls, springs: self.springs, report: report() })
     }
 }
 
-/// The solid tools near a block, and what they felt of it.
+/// The solid tools and walls near a block, and what they felt of it.
 #[derive(Debug)]
 pub(super) struct Press<'a> {
     tools: Vec<(usize, &'a ToolNow)>,
+    walls: Option<(Vec<NearWall>, &'a Arrivals)>,
     springs: ContactCoefficients,
     pub report: GridReport,
 }
 
 impl Press<'_> {
-    /// The velocity [cells/substep] that the tools give to a particle with `velocity`; moves its anchors.
+    /// The velocity [cells/substep] that tools and walls give to a particle with `velocity`; moves its anchors,
+    /// notes the walls that it touches or has arrived at.
     pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold, velocity: DVec3) -> [f32; 3] {
         let cell = IVec3::from_array(unpack_cell(hot.cell));
         let at = cell.as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
@@ -77,6 +86,19 @@ impl Press<'_> {
             self.report.tools[index].2 += 1;
         }
         cold.anchors = anchors;
+        let noted = std::mem::take(&mut cold.walls);
+        let Some((walls, arrivals)) = &self.walls else { return sum };
+        for wall in walls {
+            let springs = || springs.unwrap_or_else(|| self.springs.of(volume));
+            let own = velocity + DVec3::from_array(sum.map(f64::from));
+            let (given, is_noted) = wall.touch((at, own, volume), springs, noted & wall.bit() != 0, arrivals);
+            if given != DVec3::ZERO {
+                let given = given.as_vec3();
+                sum = std::array::from_fn(|d| sum[d] + given[d]);
+                self.report.push_by_wall(mass * given.as_dvec3());
+            }
+            cold.walls |= if is_noted { wall.bit() } else { 0 };
+        }
         sum
     }
 }

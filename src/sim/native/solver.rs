@@ -16,13 +16,13 @@ use super::ghost;
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::kernel;
-use super::meeting::Meeting;
 use super::particle_step::ParticleStep;
 use super::passes::{self, Gathered};
 use super::state::{Cold, Hot, MARGIN, State};
 use super::stats::sums;
 use super::step::Step;
 use super::tags::{TagReport, Tagged};
+use super::walls::Arrivals;
 use super::weld;
 use glam::DVec3;
 use std::sync::Arc;
@@ -46,6 +46,8 @@ pub(super) struct Solver {
     state: State,
     tiles: Tiles,
     grid: Grid,
+    /// Of the last scatter.
+    arrivals: Arrivals,
     /// Bound on how far any particle has strayed from its cell since the last sort \[cells\].
     travel: f32,
     sums: ParticleSums,
@@ -127,7 +129,8 @@ impl Solver {
         let tiles = Tiles::new(state.table.clone());
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
-        Self { domain, time, state, tiles, grid: Grid::default(), travel: 0.0, sums, quarantined, start, fma: kernel::has_fma() }
+        let (grid, arrivals, fma) = (Grid::default(), Arrivals::new(&domain), kernel::has_fma());
+        Self { domain, time, state, tiles, grid, arrivals, travel: 0.0, sums, quarantined, start, fma }
     }
 
     /// The clay at the end of the last frame.
@@ -190,10 +193,10 @@ impl Solver {
         };
         let coefficients = Coefficients::new(plan, &domain, dt);
         let (step, gravity, springs) = (Step::new(&coefficients, self.fma), coefficients.gravity, coefficients.contact);
-        let (material, cutting) = (&plan.material, plan.cutting);
+        let (material, cutting, clamps_walls) = (&plan.material, plan.cutting, plan.validation.clamped_walls);
         let mut tools = tools_at(0);
         let share = |s: u32| plan.averaging_share(s, steps);
-        let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, tools: &tools };
+        let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls, tools: &tools };
         self.state.drop_plates(plan);
         self.begin(&first, share(0), &mut tally);
         let mut speed = 0.0;
@@ -204,7 +207,8 @@ impl Solver {
             if self.travel + 1.5 * speed > MARGIN {
                 self.sort(&mut tally);
             }
-            let particles = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, tools: &tools };
+            let particles =
+                ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls, tools: &tools };
             let report = self.update_grid(&GridStep::new(&coefficients, plan, &domain, dt, s), &particles, &mut tally)?;
             speed = report.speed_max;
             tally.add_grid(&report);
@@ -235,17 +239,13 @@ impl Solver {
         if self.travel > MARGIN {
             self.sort(tally);
         }
-        let (_, felt) =
-            passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(s.tools), Moment::Start, &|_| true);
-        tally.add_grid(&felt);
+        self.scatter(s, s.tools, Moment::Start, &|_| true, tally);
     }
 
     /// Node sums and update; sorts the particles first if the speed found would carry one off its tile.
     fn update_grid(&mut self, step: &GridStep, particles: &ParticleStep<'_>, tally: &mut Tally) -> Result<GridReport, Failure> {
         let began = Instant::now();
-        let (domain, tools) = (self.domain, particles.tools);
-        let meeting = Meeting { domain: &domain, tools, cutting: particles.cutting };
-        let mut report = self.grid.update(&self.state, &self.tiles, step, &meeting);
+        let mut report = self.grid.update(&self.state, &self.tiles, step, &particles.meeting(&self.arrivals));
         if report.speed_max.is_nan() {
             return Err(Failure::Health(Health::NON_FINITE));
         }
@@ -256,7 +256,7 @@ impl Solver {
         }
         if self.travel + report.speed_max > MARGIN {
             self.sort(tally);
-            report = self.grid.update(&self.state, &self.tiles, step, &meeting);
+            report = self.grid.update(&self.state, &self.tiles, step, &particles.meeting(&self.arrivals));
             report.speed_max = report.speed_max.max(ghost_speed);
         }
         tally.timings.grid += began.elapsed().as_secs_f64();
@@ -282,16 +282,27 @@ impl Solver {
             // A particle was put back further than its tile reaches.
             tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|i| !near[i], None));
             self.sort(tally);
-            let (_, felt) =
-                passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(next), Moment::End, &|_| true);
-            tally.add_grid(&felt);
+            self.scatter(s, next, Moment::End, &|_| true, tally);
         } else {
-            let (clamped, felt) =
-                passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &s.presses(next), Moment::End, &|i| near[i]);
-            tally.clamped += clamped;
-            tally.add_grid(&felt);
+            self.scatter(s, next, Moment::End, &|i| near[i], tally);
         }
         tally.timings.particles += began.elapsed().as_secs_f64();
+    }
+
+    /// Scatters every block under `tools`, see [`passes::scatter`].
+    fn scatter(
+        &mut self,
+        s: &ParticleStep<'_>,
+        tools: &[ToolNow],
+        stored_at: Moment,
+        is_gathered: &(dyn Fn(usize) -> bool + Sync),
+        tally: &mut Tally,
+    ) {
+        self.arrivals.clear();
+        let presses = s.presses(tools, &self.arrivals);
+        let (clamped, felt) = passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &presses, stored_at, is_gathered);
+        tally.clamped += clamped;
+        tally.add_grid(&felt);
     }
 
     /// Gather of the last substep: velocities are stored.

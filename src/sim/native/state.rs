@@ -47,6 +47,7 @@ pub(super) struct Cold {
     pub structure: f32,
     pub rest_volume: f32,
     pub anchors: [Anchor; ANCHORS_MAX],
+    pub walls: u32,
 }
 
 /// Elastic strains of up to eight particles, lane by lane; idle lanes are unstrained.
@@ -112,6 +113,7 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
         id: cold.id,
         tags: cold.tags,
         anchors: cold.anchors,
+        walls: cold.walls,
     }
 }
 
@@ -217,6 +219,7 @@ pub(super) fn convert(domain: &Domain, particles: &[Particle]) -> (Vec<Hot>, Vec
         structure: p.structure,
         rest_volume: p.rest_volume,
         anchors: p.anchors,
+        walls: p.walls,
     };
     particles.iter().map(|p| (hot(p), cold(p))).unzip()
 }

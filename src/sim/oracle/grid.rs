@@ -98,6 +98,8 @@ pub(super) struct Node {
     pub(super) divisions: Vec<Division>,
     /// What moves apart here, in the order of [`Field::beyond`].
     pub(super) fields: Vec<Field>,
+    /// The walls at which clay that moves here has arrived, a bit each.
+    pub(super) walls: u32,
     /// Part of a column that a wall folded; held by a clamped wall or driven, in validation cases.
     pub(super) is_at_wall: bool,
     /// Folded onto its mirror: it moves as its image, and contact passes it by.

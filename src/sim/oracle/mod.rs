@@ -8,10 +8,10 @@
 //! |------------------------|---------------------------------------------------|------------------------|
 //! | `averaging`            | flowing particles share their cell's volume ratio | -                      |
 //! | `tags`                 | particles take and keep their side of a blade     | Eq. 1, swept           |
-//! | `penalty`              | solid tools press on particles                    | one potential          |
+//! | `penalty`              | solid tools and walls press on particles          | one potential          |
 //! | `p2g`                  | particles to nodes                                | Eq. 2-4, MLS-MPM, APIC |
 //! | `sides`                | which nodes cuts divide                           | Eq. 2-3, compatibility |
-//! | `walls`                | the room's walls as mirrors; momentum -> velocity | method of images       |
+//! | `walls`                | what the room's walls do; momentum -> velocity    | method of images       |
 //! | `contact`              | side against side, clay against blades            | Coulomb                |
 //! | `g2p`                  | nodes to particles, advection                     | APIC                   |
 //! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |

@@ -27,6 +27,8 @@ pub struct Particle {
     pub tags: [Tag; 2],
     /// Where it clings to tools: a tool's id and a place in its frame \[cells\].
     pub anchors: [Option<(u32, DVec3)>; ANCHORS_MAX],
+    /// The walls that it touches or has arrived at, a bit each.
+    pub walls: u32,
 }
 
 impl Particle {
@@ -43,6 +45,7 @@ impl Particle {
             id,
             tags: [Tag::default(); 2],
             anchors: [None; ANCHORS_MAX],
+            walls: 0,
         }
     }
 
@@ -61,6 +64,7 @@ impl Particle {
             id: particle.id,
             tags: particle.tags,
             anchors: particle.anchors.map(|anchor| anchor.get()),
+            walls: particle.walls,
         }
     }
 
@@ -79,6 +83,7 @@ impl Particle {
             id: self.id,
             tags: self.tags,
             anchors: self.anchors.map(|anchor| anchor.map_or_else(Anchor::default, |(id, at)| Anchor::on(id, at))),
+            walls: self.walls,
             ..snapshot::Particle::default()
         };
         particle.set_grid(self.position);

@@ -1,4 +1,5 @@
-//! Clay against solid tools: the [law of contact](super::super::penalty), particle by particle.
+//! Clay against solid tools and separating walls: the [law of contact](super::super::penalty), particle by
+//! particle.
 //!
 //! For each particle at its place of `t`, and each solid tool of the plan in order at its pose of `t + h`:
 //! `g = s(x) - r` with the shape's signed distance and [`reach`] of the rest volume in cells^3, n the
@@ -8,7 +9,8 @@
 //! particle keeps at most [`ANCHORS_MAX`] of them, those of the first tools in the plan's order, and a tool
 //! beyond these presses without friction or bond. What is found in several comes out of them in their
 //! order. The impulse `h F` goes to the nodes with the particle's own momentum ([`p2g`](super::p2g)),
-//! before walls fold; the tool feels `-h F` at x, about its origin at `t + h`. A growing ball of validation
+//! before walls fold; the tool feels `-h F` at x, about its origin at `t + h`. [Walls](super::walls::touch)
+//! come after the tools. A growing ball of validation
 //! cases has its radius of `t + h`.
 
 use super::super::cutting::CuttingMethod;
@@ -17,23 +19,28 @@ use super::super::penalty::{NORMAL_STIFFNESS, Springs, Surface, TANGENTIAL_STIFF
 use super::super::snapshot::ANCHORS_MAX;
 use super::particle::Particle;
 use super::tools::{Moment, Surroundings};
+use super::walls;
 use glam::DVec3;
 
-/// The impulse \[N s\] of solid tools on each particle in the substep; moves the anchors and gives the tools
-/// the opposite.
+/// The impulse \[N s\] of solid tools and walls on each particle in the substep; moves the anchors and gives the
+/// tools the opposite.
 pub(super) fn press(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) -> Vec<DVec3> {
     let presses = match around.plan.cutting {
         CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
         CuttingMethod::InteractiveParticles => false,
     };
-    particles.iter_mut().map(|p| if presses { press_on(p, around, frame) } else { DVec3::ZERO }).collect()
+    let press = |p: &mut Particle| {
+        let springs = springs(p.rest_volume, around);
+        let impulse = if presses { press_on(p, &springs, around, frame) } else { DVec3::ZERO };
+        impulse + walls::touch(p, &springs, impulse, around, frame)
+    };
+    particles.iter_mut().map(press).collect()
 }
 
-fn press_on(particle: &mut Particle, around: &Surroundings, frame: &mut FrameReport) -> DVec3 {
+fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, frame: &mut FrameReport) -> DVec3 {
     let cell_width = around.domain.cell_width;
     let world = around.domain.to_world(particle.position);
     let volume = particle.rest_volume / cell_width.powi(3);
-    let springs = springs(particle.rest_volume, around);
     let mass = around.plan.inertial_density() * particle.rest_volume;
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
     for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.is_solid()) {

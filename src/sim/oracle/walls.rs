@@ -1,16 +1,18 @@
-//! Walls by reflection: the clay beyond a wall is the mirror image of the clay before it (method of images).
+//! Walls: separating ones press on particles, the others are mirrors for the clay that has arrived at them.
 //!
-//! A column is three nodes along the wall's axis: the outer one beyond the wall, the one on it, and the inner
+//! - **Touch**, per particle, after the tools: s is its distance from the wall, r its reach, n the wall's
+//!   normal. A separating wall is a surface of the [law of contact](super::super::penalty) without friction:
+//!   `g = s - r`; what was found in it comes out slowly, as out of a tool. At a slip or stick wall a particle
+//!   has arrived at [`arrival`], and so it stays while `s < 3/2`, where it reaches the wall's nodes.
+//!
+//! Slip and stick walls are method of images: the clay beyond is the mirror image of the clay before it. A
+//! column is three nodes along the wall's axis: the outer one beyond the wall, the one on it, and the inner
 //! one.
 //!
-//! - **Fold**, first of all: the outer node `w - 1` (high walls: `w + 1`) is added to the inner one as its
-//!   image, axis by axis, x first, each class apart: mass adds, normal momentum subtracts, the tangential
-//!   adds (slip, separate) or subtracts (stick). A separating wall folds a column only while clay reaches its
-//!   outer node, within half a cell of the wall (more than [`WALL_TOUCH`] of the column's mass), and its
-//!   reaction, of the classes' totals, is positive: `R = (m+ - m-) v - (p+ + p0 + p-) - (m+ + m0 + m-) g'`
-//!   with `v = (p+ - p-) / (m+ + m-) + g'`: `+` inner node, `0` wall node, `-` outer node, `p` the normal
-//!   momenta away from the wall, `g' = g h (rho / rho_s)` along it. Else that column has no wall in this
-//!   substep.
+//! - **Fold**, first of all at nodes, each column whose wall node has clay that has arrived: the outer node
+//!   `w - 1` (high walls: `w + 1`) is added to the inner one as its image, axis by axis, x first, each class
+//!   apart: mass adds, normal momentum subtracts, the tangential adds (slip) or subtracts (stick). Other
+//!   columns have no wall in this substep.
 //! - **Velocity**, after [`sides`](super::sides): `v = p / m + g h (rho / rho_s)` of each field's folded sums
 //!   (g with the body acceleration at the node and `t` of a manufactured solution), times `exp(-damping h)`.
 //! - **Unfold**, after [`contact`](super::contact): at wall nodes the normal (stick: every) component is 0;
@@ -24,15 +26,22 @@
 //!   nodes gain is a wall's impulse.
 //!
 //! Why: clamping the nodes leaves 17-19 % stress error at the wall at any resolution; reflection converges.
-//! Each class folds apart, so that the two sides of a cut stay apart at a wall. Clay further off than half a
-//! cell shares the wall node with its image, and came to rest one cell above the floor where that was taken
-//! for contact. Gravity folded too, as the image of falling clay has it, was measured worse under self
-//! weight: displacement 6.0e-4 against 5.2e-4 at 32 cells.
+//! Each class folds apart, so that the two sides of a cut stay apart at a wall. A wall's nodes reach a cell and
+//! a half: clay that they held from there on came to rest one cell above the floor. Gravity folded too, as
+//! the image of falling clay has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4
+//! at 32 cells.
 
-use super::super::params::{WALL_TOUCH, Wall};
+use super::super::frame::FrameReport;
+use super::super::params::Wall;
+use super::super::penalty::{Springs, Surface, arrival, reach};
+use super::super::tool::Contact;
 use super::grid::{Field, Grid, Sum};
+use super::particle::Particle;
 use super::tools::Surroundings;
 use glam::{DVec3, IVec3};
+
+/// How near clay gives mass to the nodes of a wall \[cells\].
+const NODE_REACH: f64 = 1.5;
 
 /// A folded column: indices of its three nodes.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +51,49 @@ pub(super) struct Column {
     inner: usize,
     /// What becomes of each velocity component in the image: -1 or 1.
     image: DVec3,
+}
+
+/// The impulse \[N s\] of separating walls on a particle that got `before` of the tools; notes the walls that it
+/// touches or has arrived at.
+pub(super) fn touch(
+    particle: &mut Particle,
+    springs: &Springs,
+    before: DVec3,
+    around: &Surroundings,
+    frame: &mut FrameReport,
+) -> DVec3 {
+    let (domain, cell_width) = (around.domain, around.domain.cell_width);
+    let noted = std::mem::take(&mut particle.walls);
+    let mut impulse = DVec3::ZERO;
+    if around.plan.validation.clamped_walls {
+        return impulse;
+    }
+    let volume = particle.rest_volume / cell_width.powi(3);
+    let mass = around.plan.inertial_density() * particle.rest_volume;
+    let (low, high) = domain.wall_nodes();
+    let world = domain.to_world(particle.position);
+    for (number, kind) in domain.walls.low.into_iter().chain(domain.walls.high).enumerate() {
+        let axis = number % 3;
+        let (at, normal) = if number < 3 { (low, DVec3::AXES[axis]) } else { (high, -DVec3::AXES[axis]) };
+        let distance = (particle.position - at.as_dvec3()).dot(normal);
+        let was_noted = noted >> number & 1 == 1;
+        let is_noted = match kind {
+            Wall::Slip | Wall::Stick => distance < NODE_REACH && (was_noted || distance <= arrival(volume)),
+            Wall::Separate => {
+                let leaving = normal.dot(particle.velocity + (before + impulse) / mass);
+                let gap = (distance - reach(volume)) * cell_width;
+                let surface = Surface { contact: Contact::Separate { friction: 0.0 }, gap, normal, leaving };
+                let touch = springs.touch(&surface, world, was_noted.then_some(world));
+                let given = touch.map_or(DVec3::ZERO, |touch| touch.force * around.plan.dt);
+                impulse += given;
+                frame.wall_impulse += given;
+                frame.impulse_scale += given.length();
+                touch.is_some_and(|touch| touch.anchor.is_some())
+            }
+        };
+        particle.walls |= u32::from(is_noted) << number;
+    }
+    impulse
 }
 
 /// Folds the outer nodes onto their inner nodes, axis by axis. Columns of a later axis hold what the earlier
@@ -58,14 +110,15 @@ pub(super) fn fold(grid: &mut Grid, around: &Surroundings) -> Vec<Column> {
     }
     let (low, high) = domain.wall_nodes();
     for axis in 0..3 {
-        let faces = [(domain.walls.low[axis], low[axis], 1), (domain.walls.high[axis], high[axis], -1)];
-        for (kind, at, inward) in faces {
+        let faces = [(domain.walls.low[axis], low[axis], 1, axis), (domain.walls.high[axis], high[axis], -1, axis + 3)];
+        for (kind, at, inward, number) in faces {
             let normal = IVec3::AXES[axis] * inward;
             for node in grid.plane(axis, at) {
                 let nodes = [node - normal, node, node + normal].map(|n| grid.index(n));
                 let [Some(outer), Some(wall), Some(inner)] = nodes else { continue };
                 let column = Column { outer, wall, inner, image: image(kind, normal) };
-                if kind != Wall::Separate || reaction(grid, &column, node, normal, around) > 0.0 {
+                let has_arrived = grid.nodes[wall].walls >> number & 1 == 1;
+                if kind != Wall::Separate && has_arrived {
                     fold_column(grid, &column);
                     columns.push(column);
                 }
@@ -81,24 +134,6 @@ fn image(kind: Wall, normal: IVec3) -> DVec3 {
         Wall::Stick => DVec3::NEG_ONE,
         Wall::Slip | Wall::Separate => DVec3::ONE - 2.0 * normal.abs().as_dvec3(),
     }
-}
-
-/// Impulse R \[N s\] along the `normal` with which a wall that folds the column about `node` would act on the
-/// clay.
-fn reaction(grid: &Grid, column: &Column, node: IVec3, normal: IVec3, around: &Surroundings) -> f64 {
-    let gravity = around.gravity_step(node).dot(normal.as_dvec3());
-    let total = |node: usize| {
-        let classes = &grid.nodes[node].folded;
-        let momentum = |sum: Sum| sum.momentum.dot(normal.as_dvec3());
-        (classes.mass(), classes.iter().map(|(_, sum)| momentum(sum)).sum::<f64>())
-    };
-    let [(outer_mass, outer), (wall_mass, wall), (inner_mass, inner)] = [column.outer, column.wall, column.inner].map(total);
-    if outer_mass <= WALL_TOUCH * (outer_mass + wall_mass + inner_mass) {
-        return 0.0;
-    }
-    let folded_mass = inner_mass + outer_mass;
-    let velocity = if folded_mass > 0.0 { (inner - outer) / folded_mass + gravity } else { 0.0 };
-    (inner_mass - outer_mass) * velocity - (inner + wall + outer) - (folded_mass + wall_mass) * gravity
 }
 
 fn fold_column(grid: &mut Grid, column: &Column) {

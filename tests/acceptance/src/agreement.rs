@@ -63,7 +63,7 @@ struct Difference {
     history: f64,
     /// Particles on another side.
     sides: usize,
-    /// Particles that cling to other tools.
+    /// Particles that cling to other tools or touch other walls.
     clinging: usize,
     /// Place of an anchor [cells].
     anchor: f64,
@@ -132,6 +132,7 @@ fn compare(engine: &mut dyn Engine, case: &Case) -> (Difference, FrameReport, Fr
         }
         d.history = d.history.max((f64::from(a.hardening) - b.hardening).abs()).max((f64::from(a.structure) - b.structure).abs());
         d.sides += usize::from(a.tags != b.tags);
+        d.clinging += usize::from(a.walls != b.walls);
         for (ours, theirs) in a.anchors.iter().zip(b.anchors) {
             let (id, at) = theirs.unwrap_or((u32::MAX, DVec3::ZERO));
             d.clinging += usize::from(ours.tool != id.wrapping_add(1));
@@ -208,6 +209,36 @@ pub fn impact() -> Vec<Agreement> {
         let p = plan(&s, 0.25, 20, vec![]);
         velocities(&mut s, |_| DVec3::new(0.004, -0.05, 0.002) * CELL / p.dt);
         cases.push(agreement(format!("impact {floor:?}"), s, p));
+    }
+    cases
+}
+
+/// A cut block that comes into a corner of three kinds of walls, and into the opposite one: it arrives at two,
+/// bounces off the third, and slides along all.
+pub fn walls_in_a_corner() -> Vec<Agreement> {
+    let size = IVec3::new(7, 6, 8);
+    let case = |kinds: [Wall; 3], is_high: bool| {
+        let mut s = block(size, 0.0, Walls { low: kinds, high: kinds }, soft());
+        let p = plan(&s, 0.25, 20, vec![]);
+        let (low, high) = s.domain.wall_nodes();
+        let corner = if is_high { (high - size).as_dvec3() - 0.2 } else { low.as_dvec3() + 0.2 };
+        let shift = corner - (low.as_dvec3() + DVec3::new(6.0, 0.0, 6.0));
+        for q in &mut s.particles {
+            q.set_grid(q.grid() + shift);
+            let side = (q.grid() - corner - 3.3).dot(DVec3::new(1.0, 0.2, 0.1).normalize());
+            if side.abs() < 2.0 {
+                q.tags[0] = Tag { sheet: 5, side: if side < 0.0 { -1 } else { 1 } };
+            }
+        }
+        let way = DVec3::new(-0.03, -0.04, -0.02) * if is_high { -1.0 } else { 1.0 };
+        velocities(&mut s, |_| way * CELL / p.dt);
+        agreement_at_cut(format!("corner of {kinds:?}, high {is_high}"), s, p, 0)
+    };
+    let mut kinds = [Wall::Slip, Wall::Separate, Wall::Stick];
+    let mut cases = vec![];
+    for _ in 0..3 {
+        kinds.rotate_left(1);
+        cases.extend([case(kinds, false), case(kinds, true)]);
     }
     cases
 }

@@ -17,6 +17,11 @@ fn assert_all(cases: Vec<Agreement>) {
 }
 
 #[test]
+fn walls_in_a_corner_agree() {
+    assert_all(agreement::walls_in_a_corner());
+}
+
+#[test]
 fn impact_agrees() {
     assert_all(agreement::impact());
 }

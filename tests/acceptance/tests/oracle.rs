@@ -336,18 +336,38 @@ fn separating_floor_never_pulls() {
     assert_eq!(reports[249].wall_impulse, DVec3::ZERO, "the block has left");
 }
 
-/// A particle 1.2 cells above a wall gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: that part of its
-/// velocity is stopped. A separating wall waits until clay reaches its ghost node.
+/// A particle of a cell, which reaches half of one, moves freely until it has arrived at a wall. One that has
+/// and stands 1.2 cells above it gives the wall node `(1.5 - 1.2)^2 / 2` of its weight: of its velocity that
+/// part is stopped, but by a separating wall.
 #[test]
-fn wall_acts_on_the_last_node_of_a_stencil() {
-    for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
+fn walls_hold_what_has_arrived() {
+    const FLOOR: u32 = 1 << 1;
+    let run = |wall, height: f64, noted| {
         let mut oracle = empty([8.0; 3], all(wall), elastic(0.3));
-        fill(&mut oracle, [4.0, 0.7, 4.0], [1; 3], [1; 3]);
+        fill(&mut oracle, [4.0, height - 0.5, 4.0], [1; 3], [1; 3]);
         oracle.particles[0].velocity.y = -0.1;
+        oracle.particles[0].walls = noted;
         oracle.run(&plan(&oracle, 0.5, 1));
-        let expected = if wall == Wall::Separate { -0.1 } else { -0.1 * (1.0 - 0.045) };
-        assert!((oracle.particles[0].velocity.y - expected).abs() < 1e-15, "{wall:?}: {}", oracle.particles[0].velocity);
+        (oracle.particles[0].velocity.y / -0.1, oracle.particles[0].walls)
+    };
+    for wall in [Wall::Slip, Wall::Stick, Wall::Separate] {
+        let holds = wall != Wall::Separate;
+        for (height, noted, velocity, is_noted) in [
+            (1.2, 0, 1.0, false),
+            (1.2, FLOOR, if holds { 1.0 - 0.045 } else { 1.0 }, holds),
+            (1.501, FLOOR, 1.0, false),
+            (0.551, 0, 1.0, false),
+            (0.549, 0, if holds { 1.0 - 0.4522 } else { 1.0 }, holds),
+        ] {
+            let (found, walls) = run(wall, height, noted);
+            assert!((found - velocity).abs() < 1e-5, "{wall:?} at {height}, {noted}: {found}");
+            assert_eq!(walls, if is_noted { FLOOR } else { 0 }, "{wall:?} at {height}, {noted}");
+        }
     }
+    let touching = run(Wall::Separate, 0.49, 0);
+    assert!(touching.0 < 1.0 && touching.1 == FLOOR, "{touching:?}");
+    let found = run(Wall::Separate, 0.4, 0);
+    assert!(found.0 < 0.0 && found.1 == 0, "{found:?}");
 }
 
 /// A block at rest in the corner of three walls, slip or stick, with diagonal gravity: the walls carry its
@@ -432,7 +452,7 @@ fn cut_halves_press_on_each_other() {
     }
 }
 
-/// A blade sweeps a block at up to 3 cells per substep: nothing leaks through.
+/// A blade that is wider than the room sweeps a block at up to 3 cells per substep: nothing leaks through.
 #[test]
 fn swept_blade_leaks_nothing() {
     for cells_per_substep in [0.1, 0.5, 1.0, 3.0] {
@@ -441,7 +461,7 @@ fn swept_blade_leaks_nothing() {
         let steps = (16.0 / cells_per_substep) as u32;
         let plan = plan(&oracle, 0.7, steps);
         let end = 4.0 + f64::from(steps) * cells_per_substep;
-        let sweep = moving(1, blade(6.0), Contact::default(), front_along_x(), [4.0, 6.0, 6.0], [end, 6.0, 6.0], plan.duration());
+        let sweep = moving(1, blade(7.0), Contact::default(), front_along_x(), [4.0, 6.0, 6.0], [end, 6.0, 6.0], plan.duration());
         let swept = oracle.run(&FramePlan { tools: vec![sweep.clone()], ..plan.clone() });
         // The blade stands: whoever it still has to put back, it does.
         let still = ToolPath::still(1, sweep.tool, sweep.pose_at(plan.duration()));

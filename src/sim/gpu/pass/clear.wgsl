@@ -1,5 +1,6 @@
-// Starts a substep: node sums to zero, no keys.
+// Starts a substep: node sums to zero, no keys, nothing held by walls.
 
+@group(0) @binding(7) var<storage, read_write> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read_write> sums: array<vec4i>;
 @group(0) @binding(16) var<storage, read_write> cuts: array<u32>;
 
@@ -10,6 +11,7 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if i == 0u { atomicAdd(&status.substep, 1u); }
     let slots = atomicLoad(&status.slot_count);
     if i < slots * (CLASSES - 1u) { cuts[i / (CLASSES - 1u) * (CLASSES - 1u) * 65u + i % (CLASSES - 1u)] = 0u; }
+    if i < 2u * slots { blocks[params.slot_capacity + i] = 0u; }
     if i >= slots * CLASSES * 64u { return; }
     sums[i] = vec4i(0);
 }

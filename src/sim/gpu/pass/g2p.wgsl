@@ -45,7 +45,7 @@ fn g2p(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     state[at(VELOCITY, i)] = vec4f(v, tags);
     state[at(AFFINE, i)] = vec4f(c[0] - vec3f(tau.d.x, tau.o.x, tau.o.y), state[at(AFFINE, i)].w);
     state[at(AFFINE + 1u, i)] = vec4f(c[1] - vec3f(tau.o.x, tau.d.y, tau.o.z), structure_after(worked, u.plastic));
-    state[at(AFFINE + 2u, i)] = vec4f(c[2] - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
+    state[at(AFFINE + 2u, i)] = vec4f(c[2] - vec3f(tau.o.y, tau.o.z, tau.d.z), state[at(AFFINE + 2u, i)].w);
     state[at(STRAIN, i)] = vec4f(u.strain.d, u.strain.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(u.strain.o.yz, b.z + u.plastic, b.w);
 }

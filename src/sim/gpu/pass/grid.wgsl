@@ -38,7 +38,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     let own = own_sums(slot, k);
     check_mass(slot, k);
     var folding = Folding(own, 0u);
-    if h.w != 0u { folding = fold(own, block, k); }
+    if h.w != 0u { folding = fold(own, slot, block, k); }
     let sums_ = folding.sums;
 
     // Sides.

@@ -36,7 +36,7 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     state[at(VELOCITY, i)] = vec4f(numbers(r + RECORD_VELOCITY) / params.velocity_unit, bitcast<f32>(tags_of(r)));
     state[at(AFFINE, i)] = vec4f(numbers(affine) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + RECORD_REST_VOLUME) / params.mass_unit);
     state[at(AFFINE + 1u, i)] = vec4f(numbers(affine + 3u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + RECORD_STRUCTURE));
-    state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), 0.0);
+    state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), number(r + RECORD_WALLS));
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + RECORD_HARDENING), bitcast<f32>(i));
     if params.solids == 0u { return; }

@@ -1,6 +1,6 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::part::{BOOKS, CONTACT, CUTS, CUTS_WRITTEN, LAW, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD};
+use super::part::{ARRIVALS, BOOKS, CONTACT, CUTS, CUTS_WRITTEN, LAW, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
 /// own.
@@ -47,7 +47,7 @@ passes! {
     Averaging = "averaging", false, [STATE, LAW, TOOL, YIELD];
     Tags = "tags", true, [STATE, TOOL];
     Classes = "classes", true, [STATE, TABLE];
-    Penalty = "penalty", false, [STATE, TOOL, SPRINGS, BOOKS];
+    Penalty = "penalty", false, [STATE, TABLE, TOOL, SPRINGS, BOOKS, ARRIVALS];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
     Sides = "sides", true, [WALLS, CUTS_WRITTEN];
     Grid = "grid", false, [TABLE, CUTS, TOOL, BOOKS, CONTACT, WALLS];

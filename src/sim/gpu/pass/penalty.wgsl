@@ -1,11 +1,12 @@
-// Solid tools press on particles: what they give them goes into the velocity with which they scatter. One
-// workgroup a block, as the particles were sorted last.
+// Solid tools and separating walls press on particles: what they give them goes into the velocity with which
+// they scatter. Walls that hold clay learn where it has arrived. One workgroup a block, as the particles were
+// sorted last.
 
-@group(0) @binding(7) var<storage, read> blocks: array<u32>;
+@group(0) @binding(7) var<storage, read_write> blocks: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read> firsts: array<u32>; // the first particle of each cell
 
 var<workgroup> near_tools: atomic<u32>;
-var<workgroup> head: vec3u; // near tools, first particle, the one after the last
+var<workgroup> head: vec4u; // near tools, first particle, the one after the last, near walls
 var<workgroup> touching: atomic<u32>;
 var<workgroup> touched: u32;
 
@@ -19,6 +20,7 @@ struct Pressed {
     before: array<vec4f, ANCHORS_MAX>,
     after: array<vec4f, ANCHORS_MAX>,
     count: u32, // of anchors after
+    walls: u32, // that it touches or has arrived at
 }
 
 fn pressed_at(i: u32) -> Pressed {
@@ -28,6 +30,8 @@ fn pressed_at(i: u32) -> Pressed {
     p.offset = position.xyz;
     p.velocity = state[at(VELOCITY, i)].xyz;
     p.mass = state[at(AFFINE, i)].w;
+    p.walls = bitcast<u32>(state[at(AFFINE + 2u, i)].w);
+    if params.solids == 0u { return p; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         p.before[a] = state[at(ANCHORS + a, i)];
     }
@@ -63,60 +67,127 @@ fn press(p: ptr<function, Pressed>, t: Tool) -> Taken {
     return Taken(vec4f(-impulse, 1.0), vec4f(-cross(arm, impulse), length(impulse)));
 }
 
+// What walls near the block give to a particle, and its length; notes those that it touches or has arrived at.
+fn against_walls(p: ptr<function, Pressed>, near: u32) -> vec4f {
+    let noted = (*p).walls;
+    let volume = (*p).mass * params.density_unit;
+    var pushed = vec4f(0.0);
+    (*p).walls = 0u;
+    for (var wall = 0u; wall < 6u; wall++) {
+        if ((near >> wall) & 1u) == 0u { continue; }
+        let axis = axis_of(wall);
+        let distance_ = inward_of(wall) * (f32((*p).cell[axis] - node_of(wall)) + (*p).offset[axis]);
+        let was_noted = ((noted >> wall) & 1u) == 1u;
+        if kind_of(wall) != WALL_SEPARATE {
+            if distance_ >= NODE_REACH || (!was_noted && distance_ > arrival_of(volume)) { continue; }
+            (*p).walls |= 1u << wall;
+            arrive(p, wall);
+            continue;
+        }
+        let gap = distance_ - reach_of(volume);
+        if gap >= 0.0 { continue; }
+        let springs = springs_of(volume);
+        let leaving = inward_of(wall) * ((*p).velocity[axis] + (*p).given[axis]);
+        var push = -springs.normal * gap;
+        if is_found(was_noted, gap, leaving) {
+            push = ejection(springs, push, leaving);
+        } else {
+            (*p).walls |= 1u << wall;
+        }
+        var given = vec3f(0.0);
+        given[axis] = inward_of(wall) * push / springs.inertia;
+        (*p).given += given;
+        pushed += (*p).mass * vec4f(given, length(given));
+    }
+    return pushed;
+}
+
+// Marks the columns of a wall to whose nodes the particle gives mass.
+fn arrive(p: ptr<function, Pressed>, wall: u32) {
+    let axis = axis_of(wall);
+    let base = (*p).cell + vec3i(floor((*p).offset - 0.5));
+    for (var i = 0; i < 9; i++) {
+        var n = base;
+        n[(axis + 1u) % 3u] += i / 3;
+        n[(axis + 2u) % 3u] += i % 3;
+        n[axis] = node_of(wall);
+        let slot = slot_of(n);
+        if slot == 0u { halt(MARGIN); return; }
+        let bit = column_bit(axis, n);
+        atomicOr(&blocks[column_word(slot - 1u, bit)], 1u << (bit % 32u));
+    }
+}
+
+// Whether any invocation of the workgroup says so. All call it together.
+fn any_touches(k: u32, touches: bool) -> bool {
+    if k == 0u { atomicStore(&touching, 0u); }
+    workgroupBarrier();
+    if touches { atomicStore(&touching, 1u); }
+    workgroupBarrier();
+    if k == 0u { touched = atomicLoad(&touching); }
+    return workgroupUniformLoad(&touched) != 0u;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn penalty(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = group.y * groups.x + group.x;
     let is_over = is_halted() || slot >= min(atomicLoad(&status.slot_count), params.slot_capacity);
     let is_solid = k < params.tool_count && ((params.solids >> k) & 1u) == 1u;
-    if !is_over && is_solid && is_near_block(tool_now(k), unpack_cell(blocks[slot])) {
+    if !is_over && is_solid && is_near_block(tool_now(k), unpack_cell(atomicLoad(&blocks[slot]))) {
         atomicOr(&near_tools, 1u << k);
     }
     workgroupBarrier();
     if k == 0u {
         var last = params.particle_count;
         if slot + 1u < params.slot_capacity { last = firsts[(slot + 1u) * 64u]; }
-        head = vec3u(0u);
-        if !is_over { head = vec3u(atomicLoad(&near_tools), firsts[slot * 64u], last); }
+        head = vec4u(0u);
+        if !is_over { head = vec4u(atomicLoad(&near_tools), firsts[slot * 64u], last, walls_near(unpack_cell(atomicLoad(&blocks[slot])))); }
     }
     let h = workgroupUniformLoad(&head);
-    if h.x == 0u {
+    if h.x == 0u && h.w == 0u {
         // Within a frame nothing that touched is suddenly away from all tools.
         if params.starts_frame == 1u && atomicLoad(&status.substep) == 1u { let_go(h, k); }
         return;
     }
     for (var first = h.y; first < h.z; first += WORKGROUP) {
-        press_on(slot, h.x, first + k, h.z, k);
+        press_on(slot, h, first + k, k);
     }
 }
 
-// The particles of a block cling to nothing.
-fn let_go(h: vec3u, k: u32) {
+// The particles of a block touch nothing.
+fn let_go(h: vec4u, k: u32) {
     for (var i = h.y + k; i < h.z; i += WORKGROUP) {
+        state[at(AFFINE + 2u, i)].w = 0.0;
+        if params.solids == 0u { continue; }
         for (var a = 0u; a < ANCHORS_MAX; a++) {
             state[at(ANCHORS + a, i)] = vec4f(0.0);
         }
     }
 }
 
-// All invocations of the workgroup call it together: the tools near the block, in order, on a particle each.
-fn press_on(slot: u32, near: u32, i: u32, last: u32, k: u32) {
-    let is_there = i < last;
+// All invocations of the workgroup call it together: the tools near the block, in order, then its walls, on a
+// particle each.
+fn press_on(slot: u32, h: vec4u, i: u32, k: u32) {
+    let is_there = i < h.z;
     var p: Pressed;
     if is_there { p = pressed_at(i); }
     for (var t = 0u; t < params.tool_count; t++) {
-        if (near & (1u << t)) == 0u { continue; }
+        if (h.x & (1u << t)) == 0u { continue; }
         var taken: Taken;
         if is_there { taken = press(&p, tool_now(t)); }
-        if k == 0u { atomicStore(&touching, 0u); }
-        workgroupBarrier();
-        if taken.impulse.w != 0.0 { atomicStore(&touching, 1u); }
-        workgroupBarrier();
-        if k == 0u { touched = atomicLoad(&touching); }
-        if workgroupUniformLoad(&touched) != 0u { book(books_of(slot), t, k, taken); }
+        if any_touches(k, taken.impulse.w != 0.0) { book(books_of(slot), t, k, taken); }
+    }
+    var pushed = vec4f(0.0);
+    if is_there { pushed = against_walls(&p, h.w); }
+    if any_touches(k, pushed.w != 0.0) {
+        let sum = workgroup_sum(k, pushed);
+        if k == 0u { impulses[books_of(slot)] += sum; }
     }
     if !is_there { return; }
+    state[at(AFFINE + 2u, i)].w = bitcast<f32>(p.walls);
     let velocity = state[at(VELOCITY, i)];
     state[at(VELOCITY, i)] = vec4f(velocity.xyz + p.given, velocity.w);
+    if params.solids == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         state[at(ANCHORS + a, i)] = p.after[a];
     }

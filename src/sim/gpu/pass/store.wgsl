@@ -41,6 +41,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_REST_VOLUME] = records[from_ + RECORD_REST_VOLUME];
     stored[r + RECORD_ID] = records[from_ + RECORD_ID];
     stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
+    stored[r + RECORD_WALLS] = bitcast<u32>(state[at(AFFINE + 2u, i)].w);
     for (var anchor = 0u; anchor < ANCHORS_MAX; anchor++) {
         var words = vec4u(0u);
         // Without solid tools there is nothing to cling to.

@@ -1,8 +1,9 @@
 //! What bounds the clay at the nodes of a substep.
 
 use super::super::super::cutting::CuttingMethod;
-use super::super::super::params::{BLOCK, Domain};
+use super::super::super::params::{BLOCK, Domain, Wall};
 use super::super::contact::ToolNow;
+use super::super::walls::Arrivals;
 use glam::IVec3;
 
 /// Walls and tools of one substep.
@@ -12,6 +13,8 @@ pub(in super::super) struct Meeting<'a> {
     pub tools: &'a [ToolNow],
     /// How tools act on the clay.
     pub cutting: CuttingMethod,
+    /// Which nodes of walls hold clay.
+    pub arrivals: &'a Arrivals,
 }
 
 impl Meeting<'_> {
@@ -23,10 +26,13 @@ impl Meeting<'_> {
         }
     }
 
-    /// Whether a wall stands in the block or a tool that acts on nodes is near it.
+    /// Whether a wall that holds clay stands in the block or a tool that acts on nodes is near it.
     pub(in super::super) fn concerns(&self, block: IVec3) -> bool {
         let (low, high) = self.domain.wall_nodes();
-        let is_at_wall = |w: IVec3| (w / BLOCK).cmpeq(block).any();
-        is_at_wall(low) || is_at_wall(high) || self.tools.iter().any(|t| self.acts_on_nodes(t) && t.is_near_block(block))
+        let is_at = |walls: [Wall; 3], w: IVec3| (0..3).any(|d| walls[d] != Wall::Separate && w[d] / BLOCK == block[d]);
+        let walls = self.domain.walls;
+        is_at(walls.low, low)
+            || is_at(walls.high, high)
+            || self.tools.iter().any(|t| self.acts_on_nodes(t) && t.is_near_block(block))
     }
 }

@@ -1,11 +1,12 @@
 //! What each class of clay brought to the nodes of a block, and what walls fold of it.
 
 use super::super::super::cut::CutKey;
-use super::super::super::params::{BLOCK, Domain, WALL_TOUCH, Wall};
+use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
 use super::super::grid_step::GridStep;
 use super::super::nodes::{ClassMasses, CutBlock, Nodes, offset};
 use super::super::simd::Node;
+use super::bounds::Meeting;
 use super::walls::{Column, columns};
 use glam::{DVec3, IVec3};
 
@@ -36,7 +37,7 @@ pub(super) struct Classes {
 }
 
 impl Classes {
-    pub(super) fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, domain: &Domain) -> Self {
+    pub(super) fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
         let sum = |node: &Node| {
             let q = node.0.map(f64::from);
             Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
@@ -47,33 +48,14 @@ impl Classes {
         let own: Vec<[Sum; 64]> = std::iter::once(nodes).chain(tagged().map(|t| t.1)).map(sums).collect();
         let mut classes = Self { keys, folded: own.clone(), own, folds: vec![], clamps: vec![] };
         let is_clamped = step.imposed.is_some_and(|imposed| imposed.clamped_walls);
-        for column in columns(block, domain) {
+        for column in columns(block, meeting.domain) {
             if is_clamped {
                 classes.clamps.push(column);
-            } else if column.kind != Wall::Separate || classes.reaction(&column, block, step) > 0.0 {
+            } else if meeting.arrivals.holds(column.number, block * BLOCK + offset(column.wall)) {
                 classes.fold(column);
             }
         }
         classes
-    }
-
-    /// Normal impulse of the wall on the clay if it folded this column; 0 while no clay reaches the outer
-    /// node.
-    fn reaction(&self, c: &Column, block: IVec3, step: &GridStep) -> f64 {
-        let total = |k: usize| {
-            let sum = self.folded.iter().fold(Sum::default(), |s, class| s.plus(class[k]));
-            (sum.mass, sum.momentum[c.axis] * c.inward)
-        };
-        let ((m_outer, outer), (m_wall, wall), (m_inner, inner)) = (total(c.outer), total(c.wall), total(c.inner));
-        // Clay further than half a cell from the wall only shares the wall's node with its image: it does not
-        // touch yet.
-        if m_outer <= WALL_TOUCH * (m_outer + m_wall + m_inner) {
-            return 0.0;
-        }
-        let gravity = step.acceleration_at(block * BLOCK + offset(c.wall))[c.axis] * c.inward;
-        let mass = m_inner + m_outer;
-        let velocity = if mass > 0.0 { (inner - outer) / mass + gravity } else { 0.0 };
-        (m_inner - m_outer) * velocity - (inner + wall + outer) - (mass + m_wall) * gravity
     }
 
     fn fold(&mut self, column: Column) {
@@ -101,12 +83,12 @@ pub(in super::super) fn folded_masses(
     cut: &CutBlock,
     block: IVec3,
     step: &GridStep,
-    domain: &Domain,
+    meeting: &Meeting<'_>,
 ) -> ClassMasses {
-    if columns(block, domain).is_empty() {
+    if columns(block, meeting.domain).is_empty() {
         return cut.keys.iter().zip(&cut.nodes).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
     }
-    let classes = Classes::new(nodes, Some(cut), block, step, domain);
+    let classes = Classes::new(nodes, Some(cut), block, step, meeting);
     let tagged = classes.keys.iter().zip(&classes.folded).skip(1);
     tagged.map(|(key, sums)| (*key, sums.map(|sum| sum.mass as f32))).collect()
 }

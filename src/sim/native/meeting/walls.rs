@@ -11,6 +11,8 @@ pub(super) struct Column {
     pub(super) wall: usize,
     pub(super) inner: usize,
     pub(super) kind: Wall,
+    /// The wall's number.
+    pub(super) number: usize,
     /// Direction away from the wall along the axis.
     pub(super) inward: f64,
 }
@@ -43,7 +45,8 @@ pub(super) fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
     let mut columns = vec![];
     let (low, high) = domain.wall_nodes();
     for axis in 0..3 {
-        for (wall, kind, inward) in [(low[axis], domain.walls.low[axis], 1), (high[axis], domain.walls.high[axis], -1)] {
+        let faces = [(low[axis], domain.walls.low[axis], 1, axis), (high[axis], domain.walls.high[axis], -1, axis + 3)];
+        for (wall, kind, inward, number) in faces {
             if wall / BLOCK != block[axis] {
                 continue;
             }
@@ -56,7 +59,7 @@ pub(super) fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
                 };
                 let w = wall % BLOCK;
                 let (outer, wall, inner) = (at(w - inward), at(w), at(w + inward));
-                columns.push(Column { axis, outer, wall, inner, kind, inward: f64::from(inward) });
+                columns.push(Column { axis, outer, wall, inner, kind, number, inward: f64::from(inward) });
             }
         }
     }

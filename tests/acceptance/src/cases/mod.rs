@@ -130,7 +130,7 @@ pub const CASES: &[Case] = &[
     stability("cell crossing", 2, stability::crossing),
     stability("pressed clay", 2, stability::pressed),
     stability("separating floor", 6, contact::separating_floor),
-    stability("rest", 4, stability::rest),
+    stability("rest", 6, stability::rest),
     stability("blade leak", 14, blade::leak),
     stability("blade withdrawn", 4, blade::withdrawn),
     stability("blade at rest", 2, blade::at_rest),

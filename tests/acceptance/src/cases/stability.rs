@@ -314,11 +314,11 @@ pub fn rest(size: Size) -> Vec<Row> {
         let rests: Vec<(f64, f64)> = heights.iter().map(|&h| lie(wall, h)).collect();
         let greatest = |f: fn(&(f64, f64)) -> f64| rests.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
         [
-            Row::at_most(format!("rest: gap above a {name} floor"), greatest(|r| r.0), "cells", 0.5),
+            Row::at_most(format!("rest: gap above a {name} floor"), greatest(|r| r.0), "cells", 0.1),
             Row::at_most(format!("rest: speed on a {name} floor"), greatest(|r| r.1), "m/s", 1e-3),
         ]
     };
-    [(Wall::Separate, "separating"), (Wall::Slip, "slip")].into_iter().flat_map(rows_of).collect()
+    [(Wall::Separate, "separating"), (Wall::Slip, "slip"), (Wall::Stick, "stick")].into_iter().flat_map(rows_of).collect()
 }
 
 /// Gap [cells] below a block that fell from `height` [cells], and its speed [m/s], at rest.

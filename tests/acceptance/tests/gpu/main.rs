@@ -140,6 +140,7 @@ fn main() {
     let tests = [
         with_engine("each_pass_agrees", passes::each_pass_agrees),
         cases("impact_agrees", agreement::impact),
+        cases("walls_in_a_corner_agree", agreement::walls_in_a_corner),
         cases("asymmetric_deformation_agrees", agreement::asymmetric_deformation),
         cases("solid_tools_agree", agreement::solid_tools),
         cases("found_tools_agree", agreement::found_tools),

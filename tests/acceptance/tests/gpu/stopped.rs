@@ -8,7 +8,7 @@ use glam::IVec3;
 use libtest_mimic::Failed;
 
 /// Bytes of the state of the clay of [`case`].
-const STATE_BYTES: u64 = 4096 * 148;
+const STATE_BYTES: u64 = 4096 * 152;
 
 fn case(steps: u32) -> Case {
     let s = agreement::block(IVec3::new(8, 8, 8), 1.0, Walls::default(), agreement::soft());
