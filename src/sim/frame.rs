@@ -76,19 +76,22 @@ pub struct FrameOutputs {
     /// The whole state, 152 bytes a particle, for
     /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
+    /// Whether there is loose clay, for the report: a planner asks where inertia may be scaled.
+    #[serde(default)]
+    pub support: bool,
 }
 
 impl FrameOutputs {
     /// The report alone.
-    pub const NOTHING: Self = Self { surface: false, state: false };
+    pub const NOTHING: Self = Self { surface: false, state: false, support: false };
     /// All there is.
-    pub const ALL: Self = Self { surface: true, state: true };
+    pub const ALL: Self = Self { surface: true, state: true, support: true };
 }
 
 impl Default for FrameOutputs {
     /// The surface, not the state.
     fn default() -> Self {
-        Self { surface: true, state: false }
+        Self { surface: true, state: false, support: false }
     }
 }
 
@@ -334,6 +337,14 @@ pub struct FrameReport {
     /// The sheets that particles have a side of.
     #[serde(default)]
     pub sheets: SheetSet,
+    /// Whether there is clay at the end that no wall bears, nor any clay that it hangs together with: it falls.
+    /// Clay hangs together up to a gap of two cells, at most four. None where the plan did not ask.
+    #[serde(default)]
+    pub has_loose_clay: Option<bool>,
+    /// Momentum [kg m/s] that the clay had at once, without any force, because inertia is scaled otherwise than
+    /// in the frame before: velocities go on. A planner fills it in.
+    #[serde(default)]
+    pub rescaled_momentum: DVec3,
     /// Sides of cuts that grew together with the other side and are gone.
     #[serde(default)]
     pub welded: u64,
@@ -357,10 +368,12 @@ impl FrameReport {
         self.dt * f64::from(self.steps)
     }
 
-    /// Whether a tool engaged supported clay: it touched clay while a wall held clay up. Only then may
-    /// inertia be scaled in a later frame; a body that flies or falls keeps its own.
+    /// Whether a tool engaged supported clay, and it alone: a tool touched clay while walls bore all of it, and
+    /// less energy was in its motion than in its strain. Only then may inertia be scaled in a later frame: the
+    /// step is one for all clay, and what flies, falls or lands keeps its own inertia.
     pub fn is_engaged(&self) -> bool {
-        self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO
+        let touches = self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO;
+        touches && self.has_loose_clay == Some(false) && self.kinetic_ratio() <= 1.0
     }
 
     /// Greatest speed in the clay [m/s] at the nodes of a grid of `cell_width` \[m\]; 0 for a frame that did

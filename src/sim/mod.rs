@@ -64,6 +64,7 @@ pub mod planner;
 pub mod snapshot;
 mod spline;
 mod sums;
+mod support;
 pub mod tool;
 #[cfg(feature = "reference")]
 pub mod trace;

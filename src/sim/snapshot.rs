@@ -76,7 +76,7 @@ pub struct Particle {
     pub tags: [Tag; 2],
     /// Where it clings to tools.
     pub anchors: [Anchor; ANCHORS_MAX],
-    /// The walls that it touches, if they are separating ones, or has arrived at: a bit each, by their number.
+    /// The walls that it touches, if they are separating ones, or has arrived at: a bit each, by number.
     pub walls: u32,
 }
 

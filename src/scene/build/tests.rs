@@ -1,7 +1,7 @@
 //! Snapshots from scenes, and what stops them.
 
 use super::*;
-use crate::sim::frame::{FramePlan, FrameReport, ToolReport};
+use crate::sim::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use crate::sim::params::WALL_NODE;
 use crate::sim::planner::Decision;
 use std::fs;
@@ -205,11 +205,16 @@ fn frames_cover_the_duration_and_keep_the_time_step() {
     let free = FrameReport::default();
     let tools: Vec<usize> = plans(&scene, &free).iter().map(|plan| plan.tools.len()).collect();
     assert_eq!(tools, [0, 1, 1, 0, 0]);
-    // Inertia is scaled only where a tool touches clay that something holds up.
+    // Inertia is scaled only where a tool touches clay, a wall holds all of it up, and none is landing.
     let tool = ToolReport { contacts: 1, ..ToolReport::default() };
     let touched = FrameReport { tools: vec![tool], ..FrameReport::default() };
-    let engaged = FrameReport { wall_impulse: DVec3::Y, ..touched.clone() };
-    assert_eq!([&free, &touched].map(|first| plans(&scene, first)[2].density_scale()), [1.0, 1.0]);
+    let held = FrameReport { wall_impulse: DVec3::Y, ..touched.clone() };
+    let falling = FrameReport { has_loose_clay: Some(true), ..held.clone() };
+    let engaged = FrameReport { has_loose_clay: Some(false), ..held.clone() };
+    let landing = FrameReport { energies: Energies { kinetic: 1.1, elastic: 1.0 }, ..engaged.clone() };
+    for first in [&free, &touched, &held, &falling, &landing] {
+        assert_eq!(plans(&scene, first)[2].density_scale(), 1.0, "{first:?}");
+    }
     let plan = &plans(&scene, &engaged)[2];
     assert_eq!((plan.id, plan.tools[0].id), (2, 2));
     assert!(plan.density_scale() > 1.0 && (plan.duration() - 0.1).abs() < 1e-12 && plan.validate().is_ok());

@@ -227,6 +227,7 @@ impl Buffers {
             | Id::P2g
             | Id::G2p
             | Id::Weld
+            | Id::Support
             | Id::Store
             | Id::Total => groups(self.particle_count),
         }
@@ -256,8 +257,8 @@ impl Nodes {
             impulses: make("impulses", u64::from(size.slots) * u64::from(2 + 2 * size.tools) * 16),
             masses: make("masses", 2 * words(size.slots)),
             tools: make("tools", tool_bytes(size.tools)),
-            // Coordinates, then two words of which columns walls hold.
-            blocks: make("blocks", words(3 * size.slots)),
+            // Coordinates, then two words of which columns walls hold, then what they bear.
+            blocks: make("blocks", words(4 * size.slots)),
             cuts: make("cuts", cut_bytes(size)),
             scan: scan(device, &counts, size.slots * 64),
             counts,

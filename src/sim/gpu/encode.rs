@@ -129,6 +129,9 @@ impl<'a> Encoding<'a> {
             if cuts && WeldRule::of(self.work.plan, 0.0).is_some() {
                 passes.insert(0, (Id::Weld, v));
             }
+            if self.work.plan.outputs.support {
+                passes.push((Id::Support, v));
+            }
             self.pass(encoder, Some(Stretch::Report), &passes);
         }
     }

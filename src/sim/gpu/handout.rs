@@ -25,7 +25,7 @@ impl Solver {
         if self.requests.is_empty() {
             return false;
         }
-        let readback = Readback::new(&self.device, &self.buffers, FrameOutputs { surface: false, state: true });
+        let readback = Readback::new(&self.device, &self.buffers, FrameOutputs { state: true, ..FrameOutputs::NOTHING });
         readback.copy_state(encoder, &self.buffers, (self.source + ahead) % 2);
         let time = self.frames.iter().take(ahead).fold(self.time, |time, frame| time + frame.plan.duration());
         let before = ahead.checked_sub(1).and_then(|i| self.frames.get(i));

@@ -7,6 +7,7 @@ use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
+use super::super::support::bearing_walls;
 use super::super::tool::{Outline, Profile, ToolPath};
 use super::super::weld::WeldRule;
 use super::layout::{PROFILE_PAIRS, PROFILES_MAX, twins};
@@ -108,6 +109,14 @@ twins! {
         pub weld_step: u32 = "u32",
         /// the sheets of plates that the plan has, a bit each from `PLATE_SHEET` on
         pub plates: u32 = "u32",
+        /// walls that bear clay under gravity, a bit each
+        pub bearing_walls: u32 = "u32",
+        /// nothing
+        pub spare_1: u32 = "u32",
+        /// nothing
+        pub spare_2: u32 = "u32",
+        /// nothing
+        pub spare_3: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
         pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
@@ -204,6 +213,7 @@ impl Params {
             contact_strength: (coefficients.contact.strength as f32).min(YIELD_NORM_MAX),
             weld_stress: weld.map_or(0.0, |rule| coefficients.law.stress_scale * rule.stress) as f32,
             weld_step: weld.map_or(0, |rule| rule.step.into()),
+            bearing_walls: bearing_walls(domain, plan.gravity),
             ..Self::of_law(&coefficients.law, !plan.tools.is_empty())
         }
     }

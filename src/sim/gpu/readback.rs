@@ -25,13 +25,18 @@ pub(super) struct Readback {
     stamps: Range<u64>,
     surface: Range<u64>,
     records: Range<u64>,
+    blocks: Range<u64>,
 }
 
-/// Bytes of the particles' partial sums, of their surface and of their records. No buffer is empty, but clay
-/// can be.
-fn of_clay(buffers: &Buffers, outputs: FrameOutputs) -> [u64; 3] {
-    let parts =
-        [(true, buffers.totals.size()), (outputs.surface, buffers.surface.size()), (outputs.state, buffers.records[0].size())];
+/// Bytes of the particles' partial sums, of their surface, of their records and of what bears them. No buffer
+/// is empty, but clay can be.
+fn of_clay(buffers: &Buffers, outputs: FrameOutputs) -> [u64; 4] {
+    let parts = [
+        (true, buffers.totals.size()),
+        (outputs.surface, buffers.surface.size()),
+        (outputs.state, buffers.records[0].size()),
+        (outputs.support, buffers.blocks.size()),
+    ];
     parts.map(|(is_wanted, size)| if is_wanted && buffers.particle_count > 0 { size } else { 0 })
 }
 
@@ -58,14 +63,14 @@ impl Readback {
         let masses = next(buffers.masses.size());
         let impulses = next(buffers.impulses.size());
         let stamps = next(STAMP_BYTES);
-        let [totals, surface, records] = of_clay(buffers, outputs).map(&mut next);
+        let [totals, surface, records, blocks] = of_clay(buffers, outputs).map(&mut next);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("bevy_clay:readback"),
             size: end,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { buffer, progress: Arc::default(), status, totals, masses, impulses, stamps, surface, records }
+        Self { buffer, progress: Arc::default(), status, totals, masses, impulses, stamps, surface, records, blocks }
     }
 
     /// Bytes that are copied.
@@ -90,6 +95,7 @@ impl Readback {
             (&buffers.impulses, &self.impulses),
             (&buffers.surface, &self.surface),
             (&buffers.records[ended], &self.records),
+            (&buffers.blocks, &self.blocks),
         ];
         for (from, to) in parts.into_iter().filter(|(_, to)| !to.is_empty()) {
             encoder.copy_buffer_to_buffer(from, 0, &self.buffer, to.start, to.end - to.start);
@@ -119,7 +125,7 @@ impl Readback {
         let size = |r: &Range<u64>| r.end - r.start;
         size(&self.masses) == buffers.masses.size()
             && size(&self.impulses) == buffers.impulses.size()
-            && [&self.totals, &self.surface, &self.records].map(size) == of_clay(buffers, outputs)
+            && [&self.totals, &self.surface, &self.records, &self.blocks].map(size) == of_clay(buffers, outputs)
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -153,6 +159,11 @@ impl Readback {
 
     pub(super) fn impulses(&self) -> Vec<[f32; 4]> {
         self.read(&self.impulses)
+    }
+
+    /// Blocks by slot: their coordinates, twice as many words, and what is in them that walls bear.
+    pub(super) fn blocks(&self) -> Vec<u32> {
+        self.read(&self.blocks)
     }
 
     pub(super) fn stamps(&self) -> Vec<u64> {

@@ -6,9 +6,10 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::{Forecast, Particle};
 use super::super::sums::ParticleSums;
+use super::super::support::Support;
 use super::layout::{Status, Total, flag};
 use super::params::centre;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, IVec3};
 
 /// Adds up the workgroups' partial sums of a frame with substeps of `dt` \[s\] over `count` particles of
 /// `volume` [m^3] at rest; beside them the greatest
@@ -163,6 +164,19 @@ pub(super) fn add_impulses(
 pub(super) fn add_grid_mass(report: &mut FrameReport, plan: &FramePlan, mass_unit: f64, scale: f32, masses: &[[u32; 2]]) {
     let sum: u64 = masses.iter().map(|m| (u64::from(m[0]) << 16) + u64::from(m[1])).sum();
     report.grid_mass = sum as f64 / f64::from(scale) * mass_unit * plan.inertial_density();
+}
+
+/// Whether some clay hangs together with none that a wall bears, of the words of all blocks, if it is asked.
+pub(super) fn has_loose_clay(plan: &FramePlan, blocks: &[u32], status: &Status) -> Option<bool> {
+    if !plan.outputs.support {
+        return None;
+    }
+    let slots = status.slot_count as usize;
+    let mut support = Support::default();
+    let at = |packed: u32| IVec3::new((packed & 1023) as i32, (packed >> 10 & 1023) as i32, (packed >> 20) as i32);
+    let bits = &blocks[blocks.len() / 4 * 3..];
+    blocks.iter().zip(bits).take(slots).for_each(|(packed, bits)| support.add_block(at(*packed), *bits));
+    Some(support.has_loose())
 }
 
 /// What the surface needs of a particle.

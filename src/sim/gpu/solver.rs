@@ -1,7 +1,7 @@
 //! Frames on the device: what waits, what is under way, what came back; and what is done about trouble.
 
 use super::super::engine::{EngineError, StatePromise};
-use super::super::frame::{FrameOutputs, FramePlan, FrameReport};
+use super::super::frame::{FramePlan, FrameReport};
 use super::super::health::Health;
 use super::super::limits::REDO_MAX;
 use super::super::material::ClayMaterial;
@@ -307,8 +307,8 @@ impl Solver {
         frame.done += part.steps;
         if part.ends {
             frame.promises.append(&mut self.requests);
-            let FrameOutputs { surface, state } = frame.plan.outputs;
-            let outputs = FrameOutputs { surface, state: state || !frame.promises.is_empty() };
+            let mut outputs = frame.plan.outputs;
+            outputs.state |= !frame.promises.is_empty();
             let spare = self.spare.take().filter(|r| r.fits(&self.buffers, outputs));
             let readback = spare.unwrap_or_else(|| Readback::new(&self.device, &self.buffers, outputs));
             readback.copy(encoder, &self.buffers, 1 - source, self.stamps.as_ref());
@@ -393,6 +393,7 @@ impl Solver {
         let tools = self.buffers.size.tools.min(frame.plan.tools.len() as u32) as usize;
         super::report::add_impulses(&mut report, &frame.plan, &self.domain, self.mass_unit, &readback.impulses(), tools);
         super::report::add_grid_mass(&mut report, &frame.plan, self.mass_unit, frame.scales.mass, &readback.masses());
+        report.has_loose_clay = super::report::has_loose_clay(&frame.plan, &readback.blocks(), status);
         report.health.insert(frame.health);
         judge(&mut report, &self.quarantined);
         if let Some(stamps) = &self.stamps {

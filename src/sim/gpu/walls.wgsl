@@ -1,5 +1,5 @@
-// Walls that hold clay fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a block, one
-// invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
+// Walls that hold clay fold outer nodes onto inner ones, axis by axis, each class apart. One workgroup a
+// block, one invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> sums: array<vec4i>;

@@ -125,9 +125,9 @@ pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(u
 }
 
 /// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant
-/// `stored_at`, the others fused with their gather. The tools and walls of the substep that begins press
-/// on the particles; at a frame's start those away from all tools and walls touch nothing any more. Returns particles
-/// clamped and what the tools felt.
+/// `stored_at`, the others fused with their gather. The tools and walls of the substep that begins press on
+/// the particles; at a frame's start those away from all tools and walls touch nothing any more. Returns
+/// particles clamped and what tools and walls felt.
 pub(super) fn scatter(
     s: &ParticleStep<'_>,
     state: &mut State,

@@ -9,6 +9,7 @@ use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::Particle;
 use super::super::sums::{ParticleSums, judge};
+use super::super::support::{Support, bearing_walls};
 use super::super::weld::WeldRule;
 use super::averaging;
 use super::contact::{Moment, ToolNow, samples};
@@ -18,13 +19,13 @@ use super::grid_step::{GridReport, GridStep};
 use super::kernel;
 use super::particle_step::ParticleStep;
 use super::passes::{self, Gathered};
-use super::state::{Cold, Hot, MARGIN, State};
+use super::state::{Cold, Hot, MARGIN, State, unpack_cell};
 use super::stats::sums;
 use super::step::Step;
 use super::tags::{TagReport, Tagged};
 use super::walls::Arrivals;
 use super::weld;
-use glam::DVec3;
+use glam::{DVec3, IVec3, Vec3};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -336,7 +337,7 @@ impl Solver {
             CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,
             CuttingMethod::InteractiveParticles => false,
         };
-        let is_near = |b: &glam::IVec3| {
+        let is_near = |b: &IVec3| {
             has_sides && tools.iter().any(|t| t.blade.is_some_and(|blade| t.is_near_block_by(*b, blade.band().max(reach))))
         };
         self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
@@ -356,6 +357,16 @@ impl Solver {
         let old = self.state.sort();
         self.state.recycle(old);
         self.travel = 0.0;
+    }
+
+    /// Whether some clay hangs together with none that a wall bears.
+    fn has_loose_clay(&self, plan: &FramePlan) -> bool {
+        let (mut support, bearing) = (Support::default(), bearing_walls(&self.domain, plan.gravity));
+        for (hot, cold) in self.state.hot.iter().zip(&self.state.cold) {
+            let offset = Vec3::from_array(hot.offset).floor().as_ivec3();
+            support.add(IVec3::from_array(unpack_cell(hot.cell)) + offset, cold.walls & bearing != 0);
+        }
+        support.has_loose()
     }
 
     /// Ends the frame: statistics, the published state, the report.
@@ -389,6 +400,7 @@ impl Solver {
         report.clamped = tally.clamped;
         report.welded = tally.welded;
         report.sheets = self.state.sheets();
+        report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));
         report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
         report.health = health;
         judge(&mut report, &self.quarantined);

@@ -5,9 +5,9 @@
 //! the stress impulse `-h V tau 4 / dx^2` over the mass `rho_s V`, of the Kirchhoff stress
 //! `tau = 2 mu H + lambda tr(H) I`, `H = ln(I + E) / 2`. The laws as published multiply tau by
 //! [`stress_factor_at`](super::super::material::ClayMaterial::stress_factor_at) the distance to the nearest
-//! tool at its pose of `t`. The [impulse of tools and walls](super::penalty) is part of the particle's momentum:
-//! `w j` goes to each node. The sums of each class stay apart (compatibility of Eq. 2-3). Nodes note at which
-//! walls their clay has arrived.
+//! tool at its pose of `t`. The [impulse of tools and walls](super::penalty) is part of the particle's
+//! momentum: `w j` goes to each node. The sums of each class stay apart (compatibility of Eq. 2-3). Nodes
+//! note at which walls their clay has arrived.
 
 use super::grid::Grid;
 use super::law;

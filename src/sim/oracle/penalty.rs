@@ -22,8 +22,8 @@ use super::tools::{Moment, Surroundings};
 use super::walls;
 use glam::DVec3;
 
-/// The impulse \[N s\] of solid tools and walls on each particle in the substep; moves the anchors and gives the
-/// tools the opposite.
+/// The impulse \[N s\] of solid tools and walls on each particle in the substep; moves the anchors and gives
+/// the tools the opposite.
 pub(super) fn press(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) -> Vec<DVec3> {
     let presses = match around.plan.cutting {
         CuttingMethod::TwoFields | CuttingMethod::Published | CuttingMethod::RigidParticles => true,

@@ -7,6 +7,7 @@
 use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
+use super::super::support::{Support, bearing_walls};
 use super::grid::Grid;
 use super::law;
 use super::particle::Particle;
@@ -74,6 +75,7 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
     frame.volume_ratio = ratios.clone().fold((f64::INFINITY, 0.0), |(low, high), j| (low.min(j), high.max(j)));
     frame.volume = ratios.zip(particles).map(|(ratio, p)| ratio * p.rest_volume).sum();
     frame.sheets = particles.iter().flat_map(|p| p.tags).filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
+    frame.has_loose_clay = plan.outputs.support.then(|| has_loose_clay(particles, domain, plan));
     for tool in &mut frame.tools {
         tool.force = tool.impulse / plan.duration();
         tool.torque = tool.angular_impulse / plan.duration();
@@ -87,6 +89,13 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
     if (frame.grid_mass - frame.particle_mass).abs() > 1e-9 * frame.particle_mass {
         frame.health.insert(Health::MASS_LOST);
     }
+}
+
+/// Whether walls bear no clay that some of it hangs together with, see [`support`](super::super::support).
+fn has_loose_clay(particles: &[Particle], domain: &Domain, plan: &FramePlan) -> bool {
+    let (mut support, bearing) = (Support::default(), bearing_walls(domain, plan.gravity));
+    particles.iter().for_each(|p| support.add(p.position.floor().as_ivec3(), p.walls & bearing != 0));
+    support.has_loose()
 }
 
 /// Second moment `dx^2 / 4` [m^2] of the quadratic spline: the inertia that the affine velocity carries, per

@@ -26,10 +26,10 @@
 //!   nodes gain is a wall's impulse.
 //!
 //! Why: clamping the nodes leaves 17-19 % stress error at the wall at any resolution; reflection converges.
-//! Each class folds apart, so that the two sides of a cut stay apart at a wall. A wall's nodes reach a cell and
-//! a half: clay that they held from there on came to rest one cell above the floor. Gravity folded too, as
-//! the image of falling clay has it, was measured worse under self weight: displacement 6.0e-4 against 5.2e-4
-//! at 32 cells.
+//! Each class folds apart, so that the two sides of a cut stay apart at a wall. A wall's nodes reach a cell
+//! and a half: clay that they held from there on came to rest one cell above the floor. Gravity folded too,
+//! as the image of falling clay has it, was measured worse under self weight: displacement 6.0e-4 against
+//! 5.2e-4 at 32 cells.
 
 use super::super::frame::FrameReport;
 use super::super::params::Wall;
@@ -53,8 +53,8 @@ pub(super) struct Column {
     image: DVec3,
 }
 
-/// The impulse \[N s\] of separating walls on a particle that got `before` of the tools; notes the walls that it
-/// touches or has arrived at.
+/// The impulse \[N s\] of separating walls on a particle that got `before` of the tools; notes the walls that
+/// it touches or has arrived at.
 pub(super) fn touch(
     particle: &mut Particle,
     springs: &Springs,

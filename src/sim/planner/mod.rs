@@ -112,6 +112,9 @@ pub struct PlannerState {
     speeds: [f64; 2],
     /// Whether a tool engaged supported clay in these frames.
     engaged: [bool; 2],
+    /// Scale of inertia in the last frame reported that ran; 0 before the first.
+    #[serde(default)]
+    density_scale: f64,
     /// Length of the frame before the next \[s\].
     last_duration: f64,
     next_id: u64,
@@ -258,7 +261,8 @@ impl Planner {
         let speed = self.state.speeds[slot] + gravity.length() * self.state.last_duration;
         let limits = StepLimits { speed, inertia, gravity, time_step, ..StepLimits::default() };
         let mut plan = limits.frame(material, self.cell_width, duration, paths);
-        (plan.id, plan.outputs) = (self.state.next_id, outputs);
+        let support = outputs.support || self.policy.inertia != InertiaScaling::Off;
+        (plan.id, plan.outputs) = (self.state.next_id, FrameOutputs { support, ..outputs });
         self.state.sheets.deal(&mut plan);
         plan
     }
@@ -284,7 +288,7 @@ impl Planner {
     }
 
     /// Takes what a report says about the speed of the clay, of its cuts, and whether the tools' ways were
-    /// swept; adds what only the planner knows of the cuts.
+    /// swept; adds what only the planner knows of the cuts and of the frame before.
     pub fn note(&mut self, report: &mut FrameReport) {
         self.under_way = self.under_way.saturating_sub(1);
         let slot = parity(report.plan_id);
@@ -293,11 +297,20 @@ impl Planner {
         // A frame given up says nothing of the speed; the clay stands as before it.
         self.state.speeds[slot] = if is_given_up { self.state.speeds[slot].max(speed) } else { speed };
         self.state.engaged[slot] = report.is_engaged();
+        if report.steps > 0 {
+            report.rescaled_momentum = report.momentum_before * (1.0 - self.scale_before() / report.density_scale);
+            self.state.density_scale = report.density_scale;
+        }
         self.state.sheets.note(report);
         if report.duration() > 0.0 && report.timings.total > 0.0 {
             self.cost = Some(report.timings.total / report.duration());
         }
         self.given_up += self.trails.end(is_given_up);
+    }
+
+    /// Scale of inertia in the frame before the one that is reported: before the first it is the clay's own.
+    fn scale_before(&self) -> f64 {
+        self.state.density_scale.max(1.0)
     }
 }
 

@@ -403,3 +403,23 @@ fn plans_know_the_report_before_the_last() {
     assert!(steps[3] > 2 * steps[0], "{steps:?}");
     assert_eq!([steps[1], steps[2], steps[4], steps[5]], [steps[0]; 4]);
 }
+
+/// Where inertia may be scaled frames tell whether there is loose clay. What a change of scale gives to the
+/// momentum is in the report of the first frame that has it.
+#[test]
+fn changes_of_scale_are_accounted_for() {
+    let mut planner = planner();
+    for (inertia, asks) in [(InertiaScaling::Off, false), (InertiaScaling::Accurate, true)] {
+        planner.policy.inertia = inertia;
+        planner.pass(0.01, &[]);
+        assert_eq!(run(&mut planner).map(|plan| plan.outputs.support), Some(asks));
+        planner.refused();
+    }
+    let noted = [(1.0, 1), (4.0, 0), (4.0, 1), (4.0, 1), (2.0, 1)].map(|(scale, steps)| {
+        let momentum_before = DVec3::X * scale;
+        let mut report = FrameReport { steps, density_scale: scale, momentum_before, ..FrameReport::default() };
+        planner.note(&mut report);
+        report.rescaled_momentum.x
+    });
+    assert_eq!(noted, [0.0, 0.0, 3.0, 0.0, -2.0]);
+}

@@ -3,7 +3,9 @@
 
 mod press;
 
-pub use press::{assert_anchors_end_where_the_touch_does, found_tools, solid_tools, thin_plates, tools_in_a_corner};
+pub use press::{
+    assert_anchors_end_where_the_touch_does, found_tools, solid_tools, thin_plates, tools_in_a_corner, walls_in_a_corner,
+};
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
@@ -174,6 +176,7 @@ pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     assert!(d.velocity <= position && d.affine <= 3.0 * position && d.history <= 2.0 * strain, "{name}: {d:?}");
     assert!(d.clinging == 0 && d.anchor <= trail(&case.plan).max(1.0) * position, "{name}: {d:?}");
     assert_eq!((ours.welded, ours.sheets), (theirs.welded, theirs.sheets), "{name}");
+    assert!(ours.has_loose_clay.is_some() && ours.has_loose_clay == theirs.has_loose_clay, "{name}: {:?}", ours.has_loose_clay);
     let scale = theirs.impulse_scale + theirs.momentum_scale;
     for (a, b) in ours.tools.iter().zip(&theirs.tools) {
         assert!((a.impulse - b.impulse).length() <= 1e-5 * scale, "{name}: impulse {} against {}", a.impulse, b.impulse);
@@ -209,36 +212,6 @@ pub fn impact() -> Vec<Agreement> {
         let p = plan(&s, 0.25, 20, vec![]);
         velocities(&mut s, |_| DVec3::new(0.004, -0.05, 0.002) * CELL / p.dt);
         cases.push(agreement(format!("impact {floor:?}"), s, p));
-    }
-    cases
-}
-
-/// A cut block that comes into a corner of three kinds of walls, and into the opposite one: it arrives at two,
-/// bounces off the third, and slides along all.
-pub fn walls_in_a_corner() -> Vec<Agreement> {
-    let size = IVec3::new(7, 6, 8);
-    let case = |kinds: [Wall; 3], is_high: bool| {
-        let mut s = block(size, 0.0, Walls { low: kinds, high: kinds }, soft());
-        let p = plan(&s, 0.25, 20, vec![]);
-        let (low, high) = s.domain.wall_nodes();
-        let corner = if is_high { (high - size).as_dvec3() - 0.2 } else { low.as_dvec3() + 0.2 };
-        let shift = corner - (low.as_dvec3() + DVec3::new(6.0, 0.0, 6.0));
-        for q in &mut s.particles {
-            q.set_grid(q.grid() + shift);
-            let side = (q.grid() - corner - 3.3).dot(DVec3::new(1.0, 0.2, 0.1).normalize());
-            if side.abs() < 2.0 {
-                q.tags[0] = Tag { sheet: 5, side: if side < 0.0 { -1 } else { 1 } };
-            }
-        }
-        let way = DVec3::new(-0.03, -0.04, -0.02) * if is_high { -1.0 } else { 1.0 };
-        velocities(&mut s, |_| way * CELL / p.dt);
-        agreement_at_cut(format!("corner of {kinds:?}, high {is_high}"), s, p, 0)
-    };
-    let mut kinds = [Wall::Slip, Wall::Separate, Wall::Stick];
-    let mut cases = vec![];
-    for _ in 0..3 {
-        kinds.rotate_left(1);
-        cases.extend([case(kinds, false), case(kinds, true)]);
     }
     cases
 }

@@ -54,6 +54,7 @@ passes! {
     G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
     Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL];
+    Support = "support", false, [STATE, TABLE];
     Store = "store", false, [STATE, LAW];
     Total = "total", false, [STATE, LAW];
     Mass = "mass", false, [];

@@ -1,6 +1,6 @@
 //! Solid tools that press on clay, in turn and together, and tools that are set into it.
 
-use super::{Agreement, CELL, Case, agreement, agreement_at_cut, block, floor_walls, moving, plan, soft};
+use super::{Agreement, CELL, Case, agreement, agreement_at_cut, block, floor_walls, moving, plan, soft, velocities};
 use bevy_clay::prelude::*;
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
@@ -110,6 +110,36 @@ pub fn thin_plates() -> Vec<Agreement> {
     };
     let cut = Contact::ALL.into_iter().map(|contact| (2, contact, true));
     [(0, Contact::default(), false), (1, Contact::Stick, false)].into_iter().chain(cut).map(case).collect()
+}
+
+/// A cut block that comes into a corner of three kinds of walls, and into the opposite one: it arrives at two,
+/// bounces off the third, and slides along all.
+pub fn walls_in_a_corner() -> Vec<Agreement> {
+    let size = IVec3::new(7, 6, 8);
+    let case = |kinds: [Wall; 3], is_high: bool| {
+        let mut s = block(size, 0.0, Walls { low: kinds, high: kinds }, soft());
+        let p = plan(&s, 0.25, 20, vec![]);
+        let (low, high) = s.domain.wall_nodes();
+        let corner = if is_high { (high - size).as_dvec3() - 0.2 } else { low.as_dvec3() + 0.2 };
+        let shift = corner - (low.as_dvec3() + DVec3::new(6.0, 0.0, 6.0));
+        for q in &mut s.particles {
+            q.set_grid(q.grid() + shift);
+            let side = (q.grid() - corner - 3.3).dot(DVec3::new(1.0, 0.2, 0.1).normalize());
+            if side.abs() < 2.0 {
+                q.tags[0] = Tag { sheet: 5, side: if side < 0.0 { -1 } else { 1 } };
+            }
+        }
+        let way = DVec3::new(-0.03, -0.04, -0.02) * if is_high { -1.0 } else { 1.0 };
+        velocities(&mut s, |_| way * CELL / p.dt);
+        agreement_at_cut(format!("corner of {kinds:?}, high {is_high}"), s, p, 0)
+    };
+    let mut kinds = [Wall::Slip, Wall::Separate, Wall::Stick];
+    let mut cases = vec![];
+    for _ in 0..3 {
+        kinds.rotate_left(1);
+        cases.extend([case(kinds, false), case(kinds, true)]);
+    }
+    cases
 }
 
 /// Each solid tool with each contact, found in the block's top, which it pushes out, while it moves.

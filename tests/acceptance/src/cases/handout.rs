@@ -16,7 +16,7 @@ pub fn bytes(_: Size) -> Vec<Row> {
     let mut lab = Lab::new(&snapshot, stable_step(&material));
     let asked = [
         ("report", FrameOutputs::NOTHING),
-        ("report and surface", FrameOutputs { surface: true, state: false }),
+        ("report and surface", FrameOutputs { surface: true, ..FrameOutputs::NOTHING }),
         ("report, surface and state", FrameOutputs::ALL),
     ];
     let row = |(what, outputs)| {

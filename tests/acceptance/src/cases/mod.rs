@@ -11,6 +11,7 @@ pub mod elastic;
 pub mod files;
 pub mod handout;
 pub mod hertz;
+pub mod inertia;
 pub mod input;
 pub mod law;
 pub mod manufactured;
@@ -125,6 +126,7 @@ pub const CASES: &[Case] = &[
     contact_case("parted clay", 1, press::parted),
     contact_case("dragged plate", 3, press::sliding),
     contact_case("step with a tool", 2, press::step_limit),
+    contact_case("scaled inertia", 4, inertia::beside_a_press),
     stability("step limit", 6, stability::step_limit),
     stability("energy", 4, stability::energy),
     stability("cell crossing", 2, stability::crossing),

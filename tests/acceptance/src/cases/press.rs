@@ -17,6 +17,9 @@ use std::f64::consts::PI;
 /// Travel between two samples of a force [cells].
 const SAMPLE: f64 = 0.02;
 
+/// The floor's bit among the walls that a particle has arrived at.
+const FLOOR: u32 = 1 << 1;
+
 /// A force against travel: samples `[depth in cells, force]`, in order of depth.
 type Curve = Vec<[f64; 2]>;
 
@@ -74,6 +77,8 @@ impl Strip {
         if self.jitter > 0.0 {
             jitter_below(&mut particles, self.jitter, top);
         }
+        // Shifted clay would first fall on the floor: it has been there.
+        particles.iter_mut().filter(|p| place(p).y < self.shift + 0.5).for_each(|p| p.walls |= FLOOR);
         let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
         lab.plan.volume_averaging = VOLUME_AVERAGING;
         let shape = ToolShape::Box { half_size: DVec3::new(b / 2.0, 2.0, f64::from(SLAB)) };

@@ -33,9 +33,12 @@ pub(crate) fn frames_hand_out_what_was_asked_for(engine: &mut GpuEngine) -> Resu
     let nothing = run(engine, &case, FrameOutputs::NOTHING)?.bytes_read_back;
     assert!(state(engine)?.particles == case.snapshot.particles, "a state that nobody asked for");
     assert!(engine.surface().is_some_and(|s| s.particles.len() as u64 == count));
-    let surface = run(engine, &case, FrameOutputs { surface: true, state: false })?.bytes_read_back;
+    let surface = run(engine, &case, FrameOutputs { surface: true, ..FrameOutputs::NOTHING })?.bytes_read_back;
+    let most = run(engine, &case, FrameOutputs { support: false, ..FrameOutputs::ALL })?.bytes_read_back;
     let all = run(engine, &case, FrameOutputs::ALL)?.bytes_read_back;
-    assert_eq!((surface - nothing, all - nothing), (SURFACE_BYTES * count, (SURFACE_BYTES + STATE_BYTES) * count));
+    assert_eq!((surface - nothing, most - nothing), (SURFACE_BYTES * count, (SURFACE_BYTES + STATE_BYTES) * count));
+    // Of blocks four words each.
+    assert!(all > most && (all - most) % 16 == 0 && all - most < 64 * count, "{most} {all}");
     let after = state(engine)?;
     assert!(after.time > case.snapshot.time && after.particles != case.snapshot.particles);
     // The same clay, whether its state was asked for on the way or at its end alone.
