@@ -141,6 +141,20 @@ pub fn jitter(particles: &mut [Particle], amount: f64, seed: u64) {
     }
 }
 
+/// Clay within half a cell of a wall that holds it has arrived there: of clay that is a part of more, by symmetry, or that
+/// the case moved about in a room which it fills.
+pub fn at_walls(domain: &Domain, particles: &mut [Particle]) {
+    let (low, high) = domain.wall_nodes();
+    let kinds = [domain.walls.low, domain.walls.high];
+    for p in particles {
+        let at = p.grid();
+        let distance =
+            |wall: usize| if wall < 3 { at[wall] - f64::from(low[wall]) } else { f64::from(high[wall % 3]) - at[wall % 3] };
+        let has_arrived = |wall: usize| kinds[wall / 3][wall % 3] != Wall::Separate && distance(wall) < 0.5;
+        p.walls = (0..6).map(|wall| u32::from(has_arrived(wall)) << wall).sum();
+    }
+}
+
 /// Gives a particle a velocity [m/s].
 pub fn set_velocity(particle: &mut Particle, velocity: DVec3) {
     particle.velocity = velocity.as_vec3().to_array();

@@ -1,7 +1,7 @@
 //! A manufactured solution: clay that fills a box and moves as a closed form says, under the body force that
 //! this takes.
 
-use crate::lab::{DX, Lab, Size, elastic, lattice, place, room, set_velocity, snapshot, wave_step};
+use crate::lab::{DX, Lab, Size, at_walls, elastic, lattice, place, room, set_velocity, snapshot, wave_step};
 use crate::report::Row;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::validation::Manufactured;
@@ -14,15 +14,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 enum Axes {
     Two,
     Three,
-}
-
-/// The walls of a room of `size` cells within half a cell of a place \[cells\], by their bits.
-fn at_walls(place: DVec3, size: [i32; 3]) -> u32 {
-    let is_near = |wall: usize| {
-        let end = if wall < 3 { 0.0 } else { f64::from(size[wall % 3]) };
-        (place[wall % 3] - end).abs() < 0.5
-    };
-    (0..6).map(|wall| u32::from(is_near(wall)) << wall).sum()
 }
 
 /// Relative L2 error of the displacement after half a period, in a box of `cells` cells an edge.
@@ -45,8 +36,6 @@ fn error(axes: Axes, cells: i32, amplitude: f64, per_axis: i32) -> f64 {
     // The motion a quarter of a period on: stretches turn into their rates.
     let ahead = Manufactured { phases: case.phases + FRAC_PI_2, ..case };
     for (p, &x) in particles.iter_mut().zip(&rest) {
-        // The clay fills the room, stretched as it is.
-        p.walls = at_walls(x / DX, size);
         p.set_grid(p.grid() + case.motion(&material, x, 0.0).0 / DX);
         // Symplectic steps hold velocities of half a step before the places.
         set_velocity(p, case.motion(&material, x, -0.5 * dt).1);
@@ -57,6 +46,7 @@ fn error(axes: Axes, cells: i32, amplitude: f64, per_axis: i32) -> f64 {
             p.elastic_strain[axis] = strain[axis] as f32;
         }
     }
+    at_walls(&domain, &mut particles);
     let mut lab = Lab::new(&snapshot(domain, material, particles), dt);
     lab.plan.validation.manufactured = Some(case);
     let report = lab.frame(steps as u32);

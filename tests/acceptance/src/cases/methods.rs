@@ -2,7 +2,7 @@
 //! particles. Only ours is judged.
 
 use crate::cases::blade::{DEPTH, Witness, along_x, kept_when_pulled};
-use crate::lab::{Lab, Mover, Random, Size, block, jitter, room, snapshot, wave_step};
+use crate::lab::{Lab, Mover, Random, Size, at_walls, block, jitter, room, snapshot, wave_step};
 use crate::report::Row;
 use bevy_clay::sim::prelude::*;
 use glam::{DVec3, IVec3};
@@ -39,6 +39,7 @@ fn channel(method: CuttingMethod, seed: u64, threads: usize) -> (Lab, Mover) {
     jitter(&mut particles, 0.1, seed);
     let (low, high) = domain.wall_nodes();
     particles.iter_mut().for_each(|p| p.set_grid(p.grid().clamp(low.as_dvec3(), high.as_dvec3())));
+    at_walls(&domain, &mut particles);
     let mut lab = Lab::with_threads(&snapshot(domain, material, particles), wave_step(&material, 0.4), threads);
     lab.plan.cutting = method;
     let shape = ToolShape::Blade { half_width: HALF.0, half_height: HALF.1 };

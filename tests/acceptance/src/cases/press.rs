@@ -1,7 +1,7 @@
 //! Solid tools on clay as a hand has it: forces without steps, the same at every offset and angle to the
 //! grid, held; nothing in the tool, nothing through it.
 
-use crate::lab::{DX, Lab, Mover, Size, block, jitter, place, room_with, snapshot, stable_step};
+use crate::lab::{DX, Lab, Mover, Size, at_walls, block, jitter, place, room_with, snapshot, stable_step};
 use crate::report::Row;
 use bevy_clay::scene::fill::{Fill, FilledPoint};
 use bevy_clay::scene::solid::Solid;
@@ -174,6 +174,7 @@ fn quarter(radius: f64) -> (Snapshot, Mover) {
     let domain = room_with([size.x, cells(16.0), size.z], walls);
     let mut particles = block(DVec3::ZERO, size);
     jitter_below(&mut particles, 0.125, f64::from(size.y));
+    at_walls(&domain, &mut particles);
     let at = DVec3::Y * (f64::from(size.y) + radius + 0.05);
     let ball = ToolShape::Sphere { radius };
     let mover = Mover::new(&domain, ball, Contact::default(), at, DQuat::IDENTITY);
