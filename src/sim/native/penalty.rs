@@ -50,8 +50,8 @@ pub(super) struct Press<'a> {
 }
 
 impl Press<'_> {
-    /// The velocity [cells/substep] that tools and walls give to a particle with `velocity`; moves its anchors,
-    /// notes the walls that it touches or has arrived at.
+    /// The velocity [cells/substep] that tools and walls give to a particle with `velocity`; moves its
+    /// anchors, notes the walls that it touches or has arrived at.
     pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold, velocity: DVec3) -> [f32; 3] {
         let cell = IVec3::from_array(unpack_cell(hot.cell));
         let at = cell.as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));

@@ -92,7 +92,8 @@ impl NearWall {
     }
 
     /// What the wall does to a particle of rest volume `volume` [cells^3] at `at` that moves at `velocity` and
-    /// touched it before, or had arrived, if it `was_noted`: the velocity it gives, and whether that is so now.
+    /// touched it before, or had arrived, if it `was_noted`: the velocity it gives, and whether that is so
+    /// now.
     pub(super) fn touch(
         &self,
         (at, velocity, volume): (DVec3, DVec3, f64),

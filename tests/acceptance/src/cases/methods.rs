@@ -49,10 +49,10 @@ fn channel(method: CuttingMethod, seed: u64, threads: usize) -> (Lab, Mover) {
 }
 
 /// Frames of how many substeps, of which share of the asked one, watch a blade well that goes `travel` cells
-/// per substep: a tenth of a cell where substeps are short; and from 0.3 cells on, where the engine would
-/// halve its step and hide the way between, the halves are planned.
+/// per substep: a tenth of a cell where substeps are short; and from 0.15 cells on, where the engine would
+/// halve its step for the clay's speed and hide the way round the rim, the parts are planned.
 fn frames(travel: f64) -> (u32, f64) {
-    let parts = ((travel / 0.3).ceil() as u32).next_power_of_two();
+    let parts = ((travel / 0.15).ceil() as u32).next_power_of_two();
     (((0.1 / travel) as u32).max(1), 1.0 / f64::from(parts))
 }
 
