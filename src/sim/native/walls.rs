@@ -91,9 +91,9 @@ impl NearWall {
         walls.filter(is_near).map(|(_, wall)| wall).collect()
     }
 
-    /// What the wall does to a particle of rest volume `volume` [cells^3] at `at` that moves at `velocity` and
-    /// touched it before, or had arrived, if it `was_noted`: the velocity it gives, and whether that is so
-    /// now.
+    /// What the wall does to a particle of rest volume `volume` [cells^3] at `at` that moves at `velocity`
+    /// and touched it before, or had arrived, if it `was_noted`: the velocity it gives, and whether that is
+    /// so now.
     pub(super) fn touch(
         &self,
         (at, velocity, volume): (DVec3, DVec3, f64),
