@@ -337,12 +337,12 @@ pub struct FrameReport {
     /// The sheets that particles have a side of.
     #[serde(default)]
     pub sheets: SheetSet,
-    /// Whether there is clay at the end that no wall bears, nor any clay that it hangs together with: it falls.
-    /// Clay hangs together up to a gap of two cells, at most four. None where the plan did not ask.
+    /// Whether there is clay at the end that no wall bears, nor any clay that it hangs together with: it
+    /// falls. Clay hangs together up to a gap of two cells, at most four. None where the plan did not ask.
     #[serde(default)]
     pub has_loose_clay: Option<bool>,
-    /// Momentum [kg m/s] that the clay had at once, without any force, because inertia is scaled otherwise than
-    /// in the frame before: velocities go on. A planner fills it in.
+    /// Momentum [kg m/s] that the clay had at once, without any force, because inertia is scaled otherwise
+    /// than in the frame before: velocities go on. A planner fills it in.
     #[serde(default)]
     pub rescaled_momentum: DVec3,
     /// Sides of cuts that grew together with the other side and are gone.
@@ -368,9 +368,9 @@ impl FrameReport {
         self.dt * f64::from(self.steps)
     }
 
-    /// Whether a tool engaged supported clay, and it alone: a tool touched clay while walls bore all of it, and
-    /// less energy was in its motion than in its strain. Only then may inertia be scaled in a later frame: the
-    /// step is one for all clay, and what flies, falls or lands keeps its own inertia.
+    /// Whether a tool engaged supported clay, and it alone: a tool touched clay while walls bore all of it,
+    /// and less energy was in its motion than in its strain. Only then may inertia be scaled in a later
+    /// frame: the step is one for all clay, and what flies, falls or lands keeps its own inertia.
     pub fn is_engaged(&self) -> bool {
         let touches = self.tools.iter().any(|t| t.contacts > 0) && self.wall_impulse != DVec3::ZERO;
         touches && self.has_loose_clay == Some(false) && self.kinetic_ratio() <= 1.0

@@ -141,8 +141,8 @@ pub fn jitter(particles: &mut [Particle], amount: f64, seed: u64) {
     }
 }
 
-/// Clay within half a cell of a wall that holds it has arrived there: of clay that is a part of more, by symmetry, or that
-/// the case moved about in a room which it fills.
+/// Clay within half a cell of a wall that holds it has arrived there: of clay that is a part of more, by
+/// symmetry, or that the case moved about in a room which it fills.
 pub fn at_walls(domain: &Domain, particles: &mut [Particle]) {
     let (low, high) = domain.wall_nodes();
     let kinds = [domain.walls.low, domain.walls.high];

@@ -67,7 +67,7 @@ fn press(p: ptr<function, Pressed>, t: Tool) -> Taken {
     return Taken(vec4f(-impulse, 1.0), vec4f(-cross(arm, impulse), length(impulse)));
 }
 
-// What walls near the block give to a particle, and its length; notes those that it touches or has arrived at.
+// What walls near the block give to a particle, and its length; notes those it touches or has arrived at.
 fn against_walls(p: ptr<function, Pressed>, near: u32) -> vec4f {
     let noted = (*p).walls;
     let volume = (*p).mass * params.density_unit;

@@ -112,8 +112,8 @@ pub fn thin_plates() -> Vec<Agreement> {
     [(0, Contact::default(), false), (1, Contact::Stick, false)].into_iter().chain(cut).map(case).collect()
 }
 
-/// A cut block that comes into a corner of three kinds of walls, and into the opposite one: it arrives at two,
-/// bounces off the third, and slides along all.
+/// A cut block that comes into a corner of three kinds of walls, and into the opposite one: it arrives at
+/// two, bounces off the third, and slides along all.
 pub fn walls_in_a_corner() -> Vec<Agreement> {
     let size = IVec3::new(7, 6, 8);
     let case = |kinds: [Wall; 3], is_high: bool| {
