@@ -8,8 +8,8 @@ use super::snapshot::Tag;
 use glam::{DMat3, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
 
-/// The first of the sheets, up to 255, that plates part the clay by: solid tools thinner than two cells. A side
-/// of one lasts while its plate is near; those below are cuts that stay.
+/// The first of the sheets, up to 255, that plates part the clay by: solid tools thinner than two cells. A
+/// side of one lasts while its plate is near; those below are cuts that stay.
 pub const PLATE_SHEET: u8 = 240;
 
 /// Which sides of which cuts a particle is on, and nothing else: by sheet, the higher first, so that equal
@@ -192,8 +192,8 @@ mod tests {
         assert_eq!(alike, None);
     }
 
-    /// Clay takes the side of a plate where it has room for one, leaves it when it is away, and gives up no cut
-    /// for it.
+    /// Clay takes the side of a plate where it has room for one, leaves it when it is away, and gives up no
+    /// cut for it.
     #[test]
     fn side_of_a_plate_lasts_while_it_is_near() {
         let after = |mut tags: [Tag; 2], is_held, takes| (beside_plate(&mut tags, 240, is_held, takes), tags);

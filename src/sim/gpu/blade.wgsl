@@ -1,5 +1,5 @@
-// Blades and plates: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it leaves
-// behind.
+// Blades and plates: what divides the clay (`tool::Blade`). Poses of a wire are those of the strip that it
+// leaves behind.
 
 // The point of a blade nearest to another, in the blade's frame.
 struct Foot {

@@ -35,7 +35,7 @@ twins! {
         pub damping: f32 = "f32",
         /// the cell that angular momentum is summed about
         pub centre: [i32; 3] = "vec3i",
-        /// 2 bits each: low x y z, high x y z
+        /// 2 bits each: low x y z, high x y z; from bit 16 on, those that bear clay under gravity
         pub wall_kinds: u32 = "u32",
         /// fixed point: mass to i32, a power of two
         pub mass_scale: f32 = "f32",
@@ -109,14 +109,6 @@ twins! {
         pub weld_step: u32 = "u32",
         /// the sheets of plates that the plan has, a bit each from `PLATE_SHEET` on
         pub plates: u32 = "u32",
-        /// walls that bear clay under gravity, a bit each
-        pub bearing_walls: u32 = "u32",
-        /// nothing
-        pub spare_1: u32 = "u32",
-        /// nothing
-        pub spare_2: u32 = "u32",
-        /// nothing
-        pub spare_3: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
         pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
@@ -187,7 +179,8 @@ impl Params {
             gravity: coefficients.gravity.as_vec3().to_array(),
             damping: coefficients.damping as f32,
             centre: centre(domain).to_array(),
-            wall_kinds: walls.enumerate().map(|(i, w)| w.number() << (2 * i)).sum(),
+            wall_kinds: walls.enumerate().map(|(i, w)| w.number() << (2 * i)).sum::<u32>()
+                | bearing_walls(domain, plan.gravity) << 16,
             mass_scale: input.scales.mass,
             momentum_scale: input.scales.momentum,
             reach_limit: input.scales.reach_limit,
@@ -213,7 +206,6 @@ impl Params {
             contact_strength: (coefficients.contact.strength as f32).min(YIELD_NORM_MAX),
             weld_stress: weld.map_or(0.0, |rule| coefficients.law.stress_scale * rule.stress) as f32,
             weld_step: weld.map_or(0, |rule| rule.step.into()),
-            bearing_walls: bearing_walls(domain, plan.gravity),
             ..Self::of_law(&coefficients.law, !plan.tools.is_empty())
         }
     }

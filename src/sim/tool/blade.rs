@@ -56,8 +56,8 @@ pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhe
     surface + parting * normal + kept * slide
 }
 
-/// A blade without thickness, or the middle of a plate, in motion over one substep. Lengths in metres or cells, as the caller likes, but
-/// all the same.
+/// A blade without thickness, or the middle of a plate, in motion over one substep. Lengths in metres or
+/// cells, as the caller likes, but all the same.
 #[derive(Clone, Copy, Debug)]
 pub struct Blade {
     /// Its shape; a wire's is the strip that it leaves behind.
@@ -109,8 +109,8 @@ impl Near {
 impl Blade {
     /// The blade of `outline` in `motion`; `cell` is the width of a cell in the caller's unit.
     pub(crate) fn new(outline: Outline, motion: Motion, cell: f64) -> Self {
-        // A spline reaches 1.5 cells along each axis, which is more across a plane that stands askew. Blades put
-        // up with the rest.
+        // A spline reaches 1.5 cells along each axis, which is more across a plane that stands askew. Blades
+        // put up with the rest.
         let askew = outline.plate_normal().map_or(1.0, |normal| (motion.end.rotation * normal).abs().element_sum());
         let band = BAND * askew * cell;
         match outline {

@@ -71,8 +71,8 @@ pub struct ToolPath {
     /// The tool.
     pub tool: Tool,
     /// The sheet, from 1, that the tool cuts if it is a blade; 0 for one named by the id. A box with a sheet
-    /// from [`PLATE_SHEET`] on is a plate, which parts the clay on its two sides while it is there; one without
-    /// leaves it to the grid, which does not see what is thinner than two cells.
+    /// from [`PLATE_SHEET`] on is a plate, which parts the clay on its two sides while it is there; one
+    /// without leaves it to the grid, which does not see what is thinner than two cells.
     /// [`Sheets`](crate::sim::planner::Sheets) deals them.
     #[serde(default)]
     pub sheet: u8,

@@ -13,5 +13,5 @@ fn support(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
     if slot == 0u { halt(MARGIN); return; }
     let c = vec3u(cell >> vec3u(1u)) & vec3u(1u);
     let cube = 1u << (4u * c.x + 2u * c.y + c.z);
-    atomicOr(&blocks[3u * params.slot_capacity + slot - 1u], select(cube, cube | (cube << 8u), (walls & params.bearing_walls) != 0u));
+    atomicOr(&blocks[3u * params.slot_capacity + slot - 1u], select(cube, cube | (cube << 8u), (walls & (params.wall_kinds >> 16u)) != 0u));
 }

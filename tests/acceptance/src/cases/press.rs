@@ -332,9 +332,9 @@ pub fn nothing_inside(size: Size) -> Vec<Row> {
     rows
 }
 
-/// What clay that leaves a plate of `thickness` [cells] at 0.05 m/s has lost of its momentum after a quarter of
-/// a cell, or given to the clay behind the plate, whichever is more [of m v]. The plate's middle is `shift`
-/// [cells] off a node.
+/// What clay that leaves a plate of `thickness` [cells] at 0.05 m/s has lost of its momentum after a quarter
+/// of a cell, or given to the clay behind the plate, whichever is more [of m v]. The plate's middle is
+/// `shift` [cells] off a node.
 fn carried_through(thickness: f64, shift: f64, degrees: f64) -> f64 {
     let domain = room_with([20, 16, 16], Walls { low: [Wall::Separate; 3], high: [Wall::Separate; 3] });
     let rotation = DQuat::from_rotation_z(degrees.to_radians());
