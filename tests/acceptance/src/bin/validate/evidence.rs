@@ -92,6 +92,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("nothing inside", "", "0"),
     exact("parted clay", "", "0"),
     exact("dragged plate", "", "Coulomb: 0"),
+    exact("scaled inertia", "", "conserved, but for what the report names"),
+    exact("scaled inertia", "cube falling", "`g`"),
     exact("step with a tool", "", "no less than without a tool"),
     compared(
         "step limit",
