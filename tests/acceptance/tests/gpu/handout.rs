@@ -44,7 +44,7 @@ pub(crate) fn frames_hand_out_what_was_asked_for(engine: &mut GpuEngine) -> Resu
     // The same clay, whether its state was asked for on the way or at its end alone.
     let mut other = engine.sibling();
     other.load(&case.snapshot).map_err(|e| e.to_string())?;
-    for _ in 0..3 {
+    for _ in 0..4 {
         run(&mut other, &case, FrameOutputs::NOTHING)?;
     }
     assert!(other.save().map_err(|e| e.to_string())?.to_bytes() == after.to_bytes(), "asking changed the clay");
