@@ -25,6 +25,7 @@ use super::line::named;
 use super::stamp::FileStamp;
 use super::text::{from_ron, read_text};
 use super::track::{AxisAngle, ToolTrack};
+use crate::sim::cut::PLATE_SHEET;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};
 use crate::sim::planner::InertiaScaling;
@@ -350,9 +351,9 @@ impl ClayScene {
         self.known_material().validate()?;
         GRAVITY.check_vector("gravity", self.gravity)?;
         self.domain.as_ref().map_or(Ok(()), Check::check)?;
-        // A blade's cuts are known by the low byte of its id, and 0 is no cut.
-        if self.tools.len() > 255 {
-            return Err(ParamsError::new("tools", self.tools.len(), "must be at most 255"));
+        // Each may be a blade, with a sheet of its own; 0 is none.
+        if self.tools.len() >= PLATE_SHEET.into() {
+            return Err(ParamsError::new("tools", self.tools.len(), "must be at most 239"));
         }
         self.tools.iter().try_for_each(Check::check)?;
         check_number("frame_time", self.frame_time)?;

@@ -5,7 +5,7 @@ use super::cutting::CuttingMethod;
 use super::health::Health;
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
-use super::tool::ToolPath;
+use super::tool::{ToolPath, ToolShape};
 use super::validation::Validation;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -202,8 +202,8 @@ impl FramePlan {
         if path.id == u32::MAX {
             return Err(ParamsError::new("tool id", path.id, "must be less than 4294967295, which stands for no tool"));
         }
-        if path.tool.shape.is_blade() && path.sheet >= PLATE_SHEET {
-            return Err(ParamsError::new("sheet", path.sheet, "must be less than 240 of a blade: the rest are plates'"));
+        if path.sheet >= PLATE_SHEET && !matches!(path.tool.shape, ToolShape::Box { .. }) {
+            return Err(ParamsError::new("sheet", path.sheet, "must be less than 240 but of a box: the rest are plates'"));
         }
         let is_rival = |p: &&ToolPath| p.id == path.id || (p.divides() && path.divides() && p.sheet_id() == path.sheet_id());
         if self.tools.iter().filter(is_rival).count() > 1 {

@@ -10,8 +10,7 @@
 //! beyond these presses without friction or bond. What is found in several comes out of them in their
 //! order. The impulse `h F` goes to the nodes with the particle's own momentum ([`p2g`](super::p2g)),
 //! before walls fold; the tool feels `-h F` at x, about its origin at `t + h`. [Walls](super::walls::touch)
-//! come after the tools. A growing ball of validation
-//! cases has its radius of `t + h`.
+//! come after the tools. A growing ball of validation cases has its radius of `t + h`.
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;

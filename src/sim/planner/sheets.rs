@@ -340,7 +340,7 @@ mod tests {
         assert!(dealt[..16].iter().copied().eq(240..=255) && dealt[16..] == [0; 4], "{dealt:?}");
     }
 
-    /// A plan whose blade has a plate's sheet, or whose plates share one, is refused.
+    /// A plan in which what is no box has a plate's sheet, or plates share one, is refused.
     #[test]
     fn sheets_that_clash_are_refused() {
         let plan = |shape, sheets: [u8; 2]| {
@@ -353,6 +353,7 @@ mod tests {
         assert_eq!((plan(BLADE, [1, 239]), plan(plate, [240, 255])), (Ok(()), Ok(())));
         assert_eq!((plan(BLADE, [1, 240]), plan(BLADE, [7, 7])), (Err("sheet"), Err("tool id")));
         assert_eq!((plan(plate, [240, 240]), plan(plate, [0, 0])), (Err("tool id"), Ok(())));
+        assert_eq!(plan(ToolShape::Sphere { radius: 0.1 }, [0, 240]), Err("sheet"));
     }
 
     /// An app may name its blades as it likes: ids that are gone hold no sheet.
