@@ -22,6 +22,8 @@ pub(crate) struct Coefficients {
     pub(crate) gravity: DVec3,
     /// Cells per squared substep in 1 m/s^2, on the inertial mass.
     pub(crate) acceleration: f64,
+    /// Share of what nodes do not see of a particle's velocity that stays on it [-].
+    pub(crate) velocity_kept: f64,
     /// What validation damping leaves of a velocity [-].
     pub(crate) damping: f64,
     /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
@@ -110,6 +112,7 @@ impl Coefficients {
             law,
             gravity: plan.gravity * acceleration,
             acceleration,
+            velocity_kept: plan.velocity_kept(cell_width, dt),
             damping: (-plan.validation.damping * dt).exp(),
             adhesion: material.shear_strength() * acceleration / (material.density * cell_width),
             velocity_unit: cell_width / dt,

@@ -13,8 +13,6 @@ pub const PENDING_MAX: usize = 2;
 pub const STRETCH_MIN: f64 = 0.05;
 /// The greatest.
 pub const STRETCH_MAX: f64 = 20.0;
-/// Particles whose deviator is at least this share of the yield's [-] flow.
-pub const FLOWING: f64 = 0.99;
 
 /// Greatest Frobenius norm of `b_trial - I` that series serve [-]. There the Pade [3/3] log and the Taylor-6
 /// exp are each off by at most 3e-8 (at -0.25; 1e-9 and less within 0.17), one unit in the last place of an

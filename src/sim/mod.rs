@@ -6,7 +6,7 @@
 //!
 //! | pass        | does                                                               | equation            |
 //! |-------------|--------------------------------------------------------------------|---------------------|
-//! | `averaging` | flowing particles share their cell's volume ratio, now and then    | -                   |
+//! | `averaging` | particles that flowed share their cell's volume ratio, now and then | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
 //! | `penalty`   | solid tools and walls press on particles, friction by anchors      | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
@@ -15,9 +15,11 @@
 //! |             | momentum -> velocity, gravity                                      | -                   |
 //! |             | contact: blades, then the sides of cuts                            | -                   |
 //! |             | walls give their outer nodes the image of the inner ones' velocity | -                   |
-//! | `g2p`       | velocity and affine from the particle's own side, advection        | -                   |
+//! | `g2p`       | velocity and affine from the particle's own side, advection; what  | -                   |
+//! |             | nodes do not see of its own velocity fades                         | -                   |
 //! | (`law`)     | elastic strain, flow, working: the next substep's stress           | Eq. 5 (softening)   |
-//! | `weld`      | pressed sides of a cut grow together; once, at the frame's end     | -                   |
+//! | `weld`      | pressed sides of a cut grow together; once, at the frame's end,    | -                   |
+//! |             | and then volumes are averaged again                                | -                   |
 //!
 //! Each pass stands, to the last sign, at the head of its file in `oracle`, beside the plain f64 code that
 //! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and

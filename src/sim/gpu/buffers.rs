@@ -86,9 +86,16 @@ fn record_bytes(particles: u32) -> u64 {
     u64::from(particles) * size_of::<Particle>() as u64
 }
 
-/// Bytes of 16 for every node and class.
+/// Bytes of the largest buffer of particles: their state.
+fn state_bytes(particles: u32) -> u64 {
+    u64::from(particles) * u64::from(FIELDS) * 16
+}
+
+const _: () = assert!(FIELDS as usize * 16 >= size_of::<Particle>(), "the state is larger than the records");
+
+/// Two times 16 bytes for every node and class.
 fn node_bytes(size: NodeSize) -> u64 {
-    u64::from(size.slots) * u64::from(size.classes) * 64 * 16
+    u64::from(size.slots) * u64::from(size.classes) * 64 * 32
 }
 
 /// Bytes of the keys of each block's tagged classes and of these classes' masses at its nodes.
@@ -114,8 +121,8 @@ pub(super) fn check_limits(limits: &wgpu::Limits, particles: u32, domain: &Domai
     } else {
         ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size)
     };
-    let fits = Some(format!("{} particles", room / record_bytes(1)));
-    device::check(name, room, record_bytes(particles), fits)?;
+    let fits = Some(format!("{} particles", room / state_bytes(1)));
+    device::check(name, room, state_bytes(particles), fits)?;
     let blocks = domain.blocks().as_i64vec3();
     let table = (blocks.x * blocks.y * blocks.z).unsigned_abs();
     device::check(name, room, 4 * table, Some(format!("{} blocks of 4 cells cubed in the room", room / 4)))?;
@@ -135,7 +142,6 @@ impl Buffers {
         let blocks = domain.blocks();
         let table_len = (blocks.x * blocks.y * blocks.z).unsigned_abs();
         let table = make("table", words(table_len), STORAGE);
-        let state = u64::from(particles * FIELDS) * 16;
         let nodes = Nodes::new(device, size);
         Self {
             particle_count,
@@ -146,7 +152,7 @@ impl Buffers {
             records: [0, 1].map(|_| make("records", record_bytes(particles), STORAGE)),
             totals: make("totals", u64::from(groups(particles)) * size_of::<Total>() as u64, STORAGE),
             surface: make("surface", u64::from(particles) * size_of::<SurfaceParticle>() as u64, STORAGE),
-            state: [0, 1].map(|_| make("state", state, STORAGE)),
+            state: [0, 1].map(|_| make("state", state_bytes(particles), STORAGE)),
             keys: make("keys", 2 * words(particles), STORAGE),
             list: make("list", words(particles), STORAGE),
             scans: [scan(device, &table, table_len), nodes.scan],

@@ -25,15 +25,13 @@ pub(super) struct Part {
     pub ends: bool,
     /// Substeps between two re-bins.
     pub interval: u32,
-    /// Substeps of the frame.
-    pub total: u32,
 }
 
 impl Part {
     /// The next part, of up to `most` substeps, of a frame of `steps` substeps of which `done` are encoded.
     pub(super) fn next(done: u32, steps: u32, interval: u32, most: u32) -> Self {
         let count = most.clamp(1, SUBMISSION_STEPS).min(steps - done);
-        Self { first: done, steps: count, starts: done == 0, ends: done + count == steps, interval, total: steps }
+        Self { first: done, steps: count, starts: done == 0, ends: done + count == steps, interval }
     }
 
     /// Whether the particles are re-binned before substep `s` of the frame.
@@ -99,7 +97,7 @@ impl<'a> Encoding<'a> {
                 v.state = 1 - v.state;
             }
             let mut passes = vec![(Id::Clear, v)];
-            if self.work.plan.averaging_share(s, part.total) > 0.0 {
+            if self.work.plan.averages_before(s) {
                 passes.push((Id::Averaging, v));
             }
             if divides {
@@ -125,13 +123,21 @@ impl<'a> Encoding<'a> {
             }
         }
         if part.ends {
-            let mut passes = vec![(Id::Store, v), (Id::Total, v), (Id::Mass, v)];
+            // By the last substep's nodes, before the blocks are found anew.
+            let mut passes = vec![(Id::Mass, v)];
             if cuts && WeldRule::of(self.work.plan, 0.0).is_some() {
-                passes.insert(0, (Id::Weld, v));
+                passes.push((Id::Weld, v));
             }
             if self.work.plan.outputs.support {
                 passes.push((Id::Support, v));
             }
+            if self.work.plan.averages() {
+                self.pass(encoder, None, &passes);
+                self.rebin(encoder, None, v);
+                v.state = 1 - v.state;
+                passes = vec![(Id::Averaging, v)];
+            }
+            passes.extend([(Id::Store, v), (Id::Total, v)]);
             self.pass(encoder, Some(Stretch::Report), &passes);
         }
     }

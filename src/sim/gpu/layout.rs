@@ -10,7 +10,7 @@ pub const TOOLS_MAX: u32 = 32;
 /// Bent blades that one plan may have: their profiles are uniforms.
 pub const PROFILES_MAX: u32 = 8;
 /// Fields of a particle's state, 16 bytes each: the last are its anchors.
-pub(super) const FIELDS: u32 = 7 + ANCHORS_MAX as u32;
+pub(super) const FIELDS: u32 = 10 + ANCHORS_MAX as u32;
 /// Pairs of points of a bent blade's profile.
 pub(super) const PROFILE_PAIRS: usize = PROFILE_POINTS.div_ceil(2);
 

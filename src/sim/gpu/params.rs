@@ -3,7 +3,7 @@
 use super::super::coefficients::{Coefficients, LawCoefficients};
 use super::super::cut::PLATE_SHEET;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::{AVERAGING_INTERVAL, FramePlan};
+use super::super::frame::FramePlan;
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
@@ -85,12 +85,10 @@ twins! {
         pub work_rate: f32 = "f32",
         /// working that a substep's rest leaves
         pub work_kept: f32 = "f32",
-        /// share of its difference to its cell's mean that a flowing particle's ln J loses
+        /// plastic strain in which ln J comes to its cell's mean by all but 1/e
         pub averaging: f32 = "f32",
-        /// the same at the frame's last averaging, which stands for fewer substeps
-        pub averaging_last: f32 = "f32",
-        /// the substep of this submission, from 1, that it is in
-        pub averaging_last_at: u32 = "u32",
+        /// share of what nodes do not see of a particle's velocity that stays on it
+        pub velocity_kept: f32 = "f32",
         /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
         pub adhesion: f32 = "f32",
         /// which tools are blades that hold clay off, or plates, a bit each
@@ -109,6 +107,8 @@ twins! {
         pub weld_step: u32 = "u32",
         /// the sheets of plates that the plan has, a bit each from `PLATE_SHEET` on
         pub plates: u32 = "u32",
+        /// nothing
+        pub spare: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
         pub profiles: [[[f32; 4]; PROFILE_PAIRS]; PROFILES_MAX as usize] = "array<array<vec4f, PROFILE_PAIRS>, PROFILES_MAX>",
     }
@@ -127,9 +127,6 @@ pub(super) struct ParamsInput<'a> {
     pub slot_capacity: u32,
     /// Rest volume of mass 1 [m^3].
     pub mass_unit: f64,
-    /// Substeps of the frame, and those done before this submission.
-    pub steps: u32,
-    pub first_step: u32,
     pub starts_frame: bool,
 }
 
@@ -165,7 +162,6 @@ impl Params {
         let (domain, plan) = (input.domain, input.plan);
         let coefficients = Coefficients::new(plan, domain, input.dt);
         let (low, high) = domain.wall_nodes();
-        let last_averaging = (input.steps - 1) / AVERAGING_INTERVAL * AVERAGING_INTERVAL;
         let weld = WeldRule::of(plan, input.start);
         let bits = |is: &dyn Fn(&ToolPath) -> bool| plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(path)) << i).sum();
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
@@ -192,10 +188,8 @@ impl Params {
             density_unit: (input.mass_unit / domain.cell_width.powi(3)) as f32,
             starts_frame: u32::from(input.starts_frame),
             node_mass_limit: input.scales.node_mass_limit,
-            averaging: plan.averaging_share(0, AVERAGING_INTERVAL) as f32,
-            averaging_last: plan.averaging_share(last_averaging, input.steps) as f32,
-            // Of an earlier submission it wraps to where no substep is.
-            averaging_last_at: (last_averaging + 1).wrapping_sub(input.first_step),
+            averaging: plan.volume_averaging as f32,
+            velocity_kept: coefficients.velocity_kept as f32,
             adhesion: (coefficients.adhesion as f32).min(YIELD_NORM_MAX),
             dividers: bits(&|path| path.divides() && !path.tool.shape.is_wire()),
             solids: bits(&|path| !path.tool.shape.is_blade()),

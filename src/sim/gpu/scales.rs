@@ -98,7 +98,7 @@ pub(super) fn interval(plan: &FramePlan, domain: &Domain, dt: f64, forecast: &Fo
     let substeps = (MARGIN / travel.max(1e-9)).clamp(1.0, f64::from(INTERVAL_MAX)) as u32;
     // Volumes are averaged where the particles have just been sorted: a power of two divides the substeps
     // between two averagings.
-    if plan.volume_averaging > 0.0 { 1 << substeps.min(AVERAGING_INTERVAL).ilog2() } else { substeps }
+    if plan.averages() { 1 << substeps.min(AVERAGING_INTERVAL).ilog2() } else { substeps }
 }
 
 #[cfg(test)]

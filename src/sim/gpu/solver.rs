@@ -25,7 +25,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
-const RETRY_MAX: u32 = 12;
+const RETRY_MAX: u32 = 16;
 
 /// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is
 /// for drawing. Clay that needs more takes several frames, and the app stays smooth.
@@ -295,8 +295,6 @@ impl Solver {
             slot_capacity: self.buffers.size.slots,
             mass_unit: self.mass_unit,
             starts_frame: part.starts,
-            steps: part.total,
-            first_step: part.first,
         });
         let kernels = self.kernels.get(self.buffers.size.classes)?;
         let (device, queue, buffers) = (&self.device, &self.queue, &self.buffers);

@@ -2,8 +2,10 @@
 
 const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed cell
 const VELOCITY: u32 = 1u; // [cells/substep], packed tags
-const AFFINE: u32 = 2u; // 3 columns of C h less the scaled stress; w: mass, working, walls that it touches or has arrived at
+const AFFINE: u32 = 2u; // 3 columns of C h; w: mass, working, plastic strain since volumes were last averaged
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
+const STRESS: u32 = 7u; // scaled: xx yy zz xy | xz yz, walls that it touches or has arrived at, unused
+const WAY: u32 = 9u; // of the last substep [cells], 0; from `penalty` to `g2p` velocity that solid tools give, 1
 const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while there are solid tools: place in a tool's frame [cells], its id + 1
 
 @group(0) @binding(2) var<storage, read_write> state: array<vec4f>;

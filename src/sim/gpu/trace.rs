@@ -17,7 +17,8 @@ impl GpuEngine {
     pub fn trace(&mut self, snapshot: &Snapshot, plan: FramePlan) -> Result<Vec<TracedNode>, EngineError> {
         self.load(snapshot)?;
         let (dt, density) = (plan.dt, plan.inertial_density());
-        self.submit(plan)?;
+        // Averaging, which does nothing to the nodes, finds the blocks anew at the frame's end.
+        self.submit(FramePlan { volume_averaging: 0.0, ..plan })?;
         self.wait()?;
         let device = &self.link.shared.device;
         let guard = lock(&self.link.shared.solver);
@@ -41,8 +42,8 @@ impl GpuEngine {
                 }
                 for k in 0..64usize {
                     let at = (slot * classes + class) * 64 + k;
-                    let [x, y, z, m] = sums[at].map(f64::from);
-                    let v = velocities[at].map(f64::from);
+                    let [x, y, z, m] = sums[2 * at].map(f64::from);
+                    let v = velocities[2 * at].map(f64::from);
                     nodes.push(TracedNode {
                         node: low + IVec3::new(k as i32 / 16, k as i32 / 4 % 4, k as i32 % 4),
                         key: key_of(packed),

@@ -2,7 +2,7 @@
 //! directives.
 
 use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET};
-use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, FLOWING, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
+use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::Wall;
 use super::super::penalty::{ARRIVAL_GAP, BOND_REACH, EJECTION_SPEED, FOUND_DEPTH, STICK_FRICTION};
@@ -71,7 +71,6 @@ fn constants(classes: u32) -> String {
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
         ("EJECTION_SPEED", EJECTION_SPEED),
-        ("FLOWING", FLOWING),
         ("FOUND_DEPTH", FOUND_DEPTH),
         ("MEETING_SHARE", MEETING_SHARE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),

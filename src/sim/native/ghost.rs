@@ -66,9 +66,9 @@ fn side_of(method: CuttingMethod, at: DVec3, had: i8, tool: &ToolNow) -> i8 {
 
 /// A bound on the ghost velocities of a substep [cells/substep]: across the surface they have its velocity,
 /// along it one between its and their own.
-pub(super) fn speed_bound(state: &State, tools: &[ToolNow], velocity_unit: f64, gravity: DVec3) -> f64 {
-    let tagged = state.cold.iter().filter(|c| !c.key().is_untagged());
-    let own = |c: &Cold| (DVec3::from_array(c.velocity.map(f64::from)) / velocity_unit + gravity).length();
+pub(super) fn speed_bound(state: &State, tools: &[ToolNow], gravity: DVec3) -> f64 {
+    let tagged = state.hot.iter().zip(&state.cold).filter(|(_, c)| !c.key().is_untagged());
+    let own = |(h, _): (&Hot, &Cold)| (DVec3::from_array(h.velocity.map(f64::from)) + gravity).length();
     let own = tagged.map(own).reduce(f64::max);
     let surface = tools.iter().filter(|t| t.blade.is_some()).map(ToolNow::speed_max).fold(0.0, f64::max);
     own.map_or(0.0, |own| own.hypot(surface))
@@ -81,7 +81,7 @@ pub(super) fn gather(
     s: &ParticleStep<'_>,
     (grid, table): (&Grid, &Table),
     (block, key): (IVec3, CutKey),
-    (hot, cold): (&[Hot], &[Cold]),
+    hot: &[Hot],
     report: &mut GridReport,
 ) -> Vec<[Node; 4]> {
     let mut nodes: Vec<(DVec3, Option<Incompatible>)> = vec![(DVec3::ZERO, None); Tile::LEN];
@@ -90,9 +90,9 @@ pub(super) fn gather(
         nodes[at] = (DVec3::new(v[0], v[1], v[2]), grid.ghosts_of(slot, key).and_then(|ghosts| ghosts[local]));
     });
     let corner = block * super::super::params::BLOCK;
-    let one = |(h, c): (&Hot, &Cold)| {
+    let one = |h: &Hot| {
         let at = place(h);
-        let own = DVec3::from_array(c.velocity.map(f64::from)) / f64::from(s.step.velocity_unit) + s.gravity;
+        let own = DVec3::from_array(h.velocity.map(f64::from)) + s.gravity;
         let base = (at - 0.5).floor();
         let f = at - base;
         let weights = [0.5 * (1.5 - f) * (1.5 - f), 0.75 - (f - 1.0) * (f - 1.0), 0.5 * (f - 0.5) * (f - 0.5)];
@@ -114,7 +114,7 @@ pub(super) fn gather(
                 *sum += part * v;
             }
         }
-        got.map(|g| Node([g.x as f32, g.y as f32, g.z as f32, 0.0]))
+        got.map(|g| Node([g.x as f32, g.y as f32, g.z as f32, 0.0, 0.0, 0.0, 0.0, 0.0]))
     };
-    hot.iter().zip(cold).map(one).collect()
+    hot.iter().map(one).collect()
 }

@@ -196,7 +196,7 @@ fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) 
     for offset in NEIGHBOURS {
         let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };
         for_shared_nodes(offset, |node, at| {
-            for d in 0..4 {
+            for d in 0..8 {
                 nodes[node].0[d] += tile.0[at].0[d];
             }
         });
@@ -208,7 +208,7 @@ fn damping_impulse(nodes: &Nodes, step: &GridStep) -> DVec3 {
     if step.damping == 1.0 {
         return DVec3::ZERO;
     }
-    let free = |q: [f64; 4]| DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity;
+    let free = |q: [f64; 8]| DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity;
     nodes.iter().map(|n| free(n.0.map(f64::from)) * (step.damping - 1.0)).sum()
 }
 
@@ -226,6 +226,7 @@ fn update_plain(nodes: &mut Nodes, step: &GridStep) -> f32 {
             let v = if q[3] > 0.0 { (q[d] * inverse + gravity[d]) * damping } else { q[d] * 0.0 };
             speed2 += v * v;
             q[d] = v;
+            q[4 + d] *= inverse;
         }
         greatest = greatest.max(speed2);
         all += speed2 + q[3] * 0.0;

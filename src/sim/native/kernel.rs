@@ -2,15 +2,15 @@
 //!
 //! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of
 //! its particles to another; both stay in the L1 cache. Eight particles at a time go through the law; gather
-//! and scatter go particle by particle with one register per node. Velocities are in cells per substep,
-//! masses in eighths of a full cell's.
+//! and scatter go particle by particle with one register per node: what moves it, and what the clay came with.
+//! Velocities are in cells per substep, masses in eighths of a full cell's.
 //!
 //! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not
 //! inlined through library code.
 
 use super::law;
 use super::penalty::Press;
-use super::simd::{F8, Node, V4};
+use super::simd::{F8, Lanes, Node};
 use super::state::{Cold, Hot, MARGIN, unpack_cell};
 use super::step::Step;
 use glam::DVec3;
@@ -28,7 +28,7 @@ impl Tile {
     /// Nodes, padding included.
     pub(super) const LEN: usize = TILE * TILE * TILE_Z;
 
-    pub(super) const ZERO: Self = Self([Node([0.0; 4]); Self::LEN]);
+    pub(super) const ZERO: Self = Self([Node([0.0; 8]); Self::LEN]);
 
     /// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
     #[inline(always)]
@@ -58,6 +58,9 @@ struct Eight {
     mass: F8,
     hardening: F8,
 }
+
+/// How a particle moves: its velocity and the columns of h C, padded.
+type Motion = [[f32; 4]; 4];
 
 impl Eight {
     /// Grid coordinate \[cells\] of particle `k` with offset `x`.
@@ -140,40 +143,39 @@ fn node_mut(tile: &mut Tile, index: usize) -> &mut Node {
     unsafe { tile.0.get_unchecked_mut(index) }
 }
 
-/// Velocity and its moments (per axis) at each particle: `[v, m_x, m_y, m_z][lane]`.
+/// The nodes' numbers and their moments (per axis) at each particle: `[v, m_x, m_y, m_z][lane]`.
 #[inline(always)]
-fn gather<const FMA: bool>(s: &Stencil, count: usize, velocity: &Tile) -> [[Node; 8]; 4] {
+fn gather<L: Lanes>(s: &Stencil, count: usize, nodes: &Tile) -> [[Node; 8]; 4] {
     let mut moments = [[F8::ZERO; 3]; 3];
     for d in 0..3 {
         for i in 0..3 {
             moments[d][i] = s.weights[d][i] * (F8::splat(i as f32) - s.f[d]);
         }
     }
-    let mut got = [[Node([0.0; 4]); 8]; 4];
+    let mut got = [[Node([0.0; 8]); 8]; 4];
     for k in 0..count {
-        let w = |d: usize, i: usize| V4::splat(s.weights[d][i].0[k]);
-        let m = |d: usize, i: usize| V4::splat(moments[d][i].0[k]);
+        let w = |d: usize, i: usize| L::splat(s.weights[d][i].0[k]);
+        let m = |d: usize, i: usize| L::splat(moments[d][i].0[k]);
         let (z0, z1, z2, y0, y1, y2) = (w(2, 0), w(2, 1), w(2, 2), m(2, 0), m(2, 1), m(2, 2));
-        let zero = V4::splat(0.0);
+        let zero = L::splat(0.0);
         let (mut v, mut cx, mut cy, mut cz) = (zero, zero, zero, zero);
         for i in 0..3 {
             let (mut g, mut gy, mut gz) = (zero, zero, zero);
             for j in 0..3 {
                 let at = s.first[k] + (i * TILE + j) * TILE_Z;
-                let (q0, q1, q2) =
-                    (V4::load(node(velocity, at)), V4::load(node(velocity, at + 1)), V4::load(node(velocity, at + 2)));
-                let sum = q2.times_plus::<FMA>(z2, q1.times_plus::<FMA>(z1, q0.times(z0)));
-                let moment = q2.times_plus::<FMA>(y2, q1.times_plus::<FMA>(y1, q0.times(y0)));
+                let (q0, q1, q2) = (L::load(node(nodes, at)), L::load(node(nodes, at + 1)), L::load(node(nodes, at + 2)));
+                let sum = q2.times_plus(z2, q1.times_plus(z1, q0.times(z0)));
+                let moment = q2.times_plus(y2, q1.times_plus(y1, q0.times(y0)));
                 let (wy, my) = (w(1, j), m(1, j));
-                g = wy.times_plus::<FMA>(sum, g);
-                gy = my.times_plus::<FMA>(sum, gy);
-                gz = wy.times_plus::<FMA>(moment, gz);
+                g = wy.times_plus(sum, g);
+                gy = my.times_plus(sum, gy);
+                gz = wy.times_plus(moment, gz);
             }
             let (wx, mx) = (w(0, i), m(0, i));
-            v = wx.times_plus::<FMA>(g, v);
-            cx = mx.times_plus::<FMA>(g, cx);
-            cy = wx.times_plus::<FMA>(gy, cy);
-            cz = wx.times_plus::<FMA>(gz, cz);
+            v = wx.times_plus(g, v);
+            cx = mx.times_plus(g, cx);
+            cy = wx.times_plus(gy, cy);
+            cz = wx.times_plus(gz, cz);
         }
         v.store(&mut got[0][k]);
         cx.store(&mut got[1][k]);
@@ -183,37 +185,31 @@ fn gather<const FMA: bool>(s: &Stencil, count: usize, velocity: &Tile) -> [[Node
     got
 }
 
-/// Adds the particles' mass and momentum to the tile; `a[c][r]` is the affine momentum per mass along axis
-/// `c`.
+/// Adds the particles' mass and momentum to the tile: as they move `now`, stressed and pressed, and as they
+/// did `before`.
 #[inline(always)]
-fn scatter<const FMA: bool>(s: &Stencil, count: usize, v: &[F8; 3], a: &[[F8; 3]; 3], mass: F8, out: &mut Tile) {
-    let (mut p, mut am) = (*v, *a);
-    for d in 0..3 {
-        p[d] = v[d] * mass;
-        for r in 0..3 {
-            am[d][r] = a[d][r] * mass;
-        }
-    }
+fn scatter<L: Lanes>(s: &Stencil, count: usize, now: &[Motion; 8], before: &[Motion; 8], mass: F8, out: &mut Tile) {
     for k in 0..count {
-        let column = |c: usize| V4::new(am[c][0].0[k], am[c][1].0[k], am[c][2].0[k], 0.0);
-        let (ax, ay, az) = (column(0), column(1), column(2));
-        let at = |i: usize, d: usize| V4::splat(i as f32 - s.f[d].0[k]);
-        let w = |d: usize, i: usize| V4::splat(s.weights[d][i].0[k]);
+        let m = L::splat(mass.0[k]);
+        let row = |r: usize| L::halves(&now[k][r], &before[k][r]).times(m);
+        let (ax, ay, az) = (row(1), row(2), row(3));
+        let at = |i: usize, d: usize| L::splat(i as f32 - s.f[d].0[k]);
+        let w = |d: usize, i: usize| L::splat(s.weights[d][i].0[k]);
         // Momentum at node (i, j, 0); one more step in z adds az.
-        let base = az.times_plus::<FMA>(at(0, 2), V4::new(p[0].0[k], p[1].0[k], p[2].0[k], mass.0[k]));
+        let base = az.times_plus(at(0, 2), row(0));
         let (z0, z1, z2) = (w(2, 0), w(2, 1), w(2, 2));
         for i in 0..3 {
-            let at_x = ax.times_plus::<FMA>(at(i, 0), base);
+            let at_x = ax.times_plus(at(i, 0), base);
             for j in 0..3 {
                 let wxy = w(0, i).times(w(1, j));
-                let q0 = ay.times_plus::<FMA>(at(j, 1), at_x).times(wxy);
+                let q0 = ay.times_plus(at(j, 1), at_x).times(wxy);
                 let step = az.times(wxy);
                 let q1 = q0.plus(step);
                 let q2 = q1.plus(step);
                 let first = s.first[k] + (i * TILE + j) * TILE_Z;
                 for (q, z, n) in [(q0, z0, 0), (q1, z1, 1), (q2, z2, 2)] {
                     let to = node_mut(out, first + n);
-                    q.times_plus::<FMA>(z, V4::load(to)).store(to);
+                    q.times_plus(z, L::load(to)).store(to);
                 }
             }
         }
@@ -222,25 +218,52 @@ fn scatter<const FMA: bool>(s: &Stencil, count: usize, v: &[F8; 3], a: &[[F8; 3]
 
 /// Particle state one substep on.
 struct Advanced {
-    velocity: [F8; 3],
-    /// h C: `[c][r]`.
-    gradient: [[F8; 3]; 3],
+    /// By how much they moved.
+    way: [F8; 3],
     x: [F8; 3],
     update: law::Update,
 }
 
+/// A particle's motion after a substep: that of the nodes, and of what these did not see of the particle's own
+/// a share, whose way with the nodes turns the particle so that angular momentum stays.
+#[inline(always)]
+fn transferred(step: &Step, own: &Hot, got: [&Node; 4]) -> Motion {
+    let mut out = [[0.0; 4]; 4];
+    let mut unseen = [0.0; 4];
+    for r in 0..4 {
+        let (scale, own) = if r == 0 { (1.0, &own.velocity) } else { (4.0, &own.affine[r - 1]) };
+        // Four at a time: the last is nothing.
+        let own = [own[0], own[1], own[2], 0.0];
+        for d in 0..4 {
+            let kept = step.velocity_kept * (own[d] - scale * got[r].0[4 + d]);
+            out[r][d] = scale * got[r].0[d] + kept;
+            if r == 0 {
+                unseen[d] = kept;
+            }
+        }
+        out[r][3] = 0.0;
+    }
+    for d in 0..3 {
+        let (a, b) = ((d + 1) % 3, (d + 2) % 3);
+        let spin = -2.0 * (got[0].0[a] * unseen[b] - got[0].0[b] * unseen[a]);
+        out[1 + a][b] += spin;
+        out[1 + b][a] -= spin;
+    }
+    out
+}
+
 #[inline(always)]
 fn advance(step: &Step, place: &Place<'_>, eight: &Eight, cold: &[Cold], got: &[[Node; 8]; 4]) -> Advanced {
-    let mut velocity = [F8::ZERO; 3];
+    let mut way = [F8::ZERO; 3];
     let mut gradient = [[F8::ZERO; 3]; 3];
     let mut x = eight.x;
     for d in 0..3 {
         for k in 0..8 {
-            velocity[d].0[k] = got[0][k].0[d];
+            way[d].0[k] = got[0][k].0[d];
             for c in 0..3 {
                 gradient[c][d].0[k] = 4.0 * got[c + 1][k].0[d];
             }
-            x[d].0[k] = (eight.x[d].0[k] + velocity[d].0[k]).clamp(-MARGIN, 1.0 + MARGIN);
+            x[d].0[k] = (eight.x[d].0[k] + way[d].0[k]).clamp(-MARGIN, 1.0 + MARGIN);
         }
     }
     if let Some((low, high)) = place.room {
@@ -264,7 +287,7 @@ fn advance(step: &Step, place: &Place<'_>, eight: &Eight, cold: &[Cold], got: &[
     }
     let mut update = law::update(&step.law, &step.flow, &gradient, &eight.strain, yield_norm);
     multiply_stress(place, eight, &x, &mut update.stress);
-    Advanced { velocity, gradient, x, update }
+    Advanced { way, x, update }
 }
 
 /// The laws as published: stress times zeta.
@@ -279,20 +302,25 @@ fn multiply_stress(place: &Place<'_>, eight: &Eight, x: &[F8; 3], stress: &mut l
     }
 }
 
+/// Takes the impulse of the stress off the motion with which particles scatter, whose momentum is per mass.
 #[inline(always)]
-fn affine_minus_stress(gradient: &[[F8; 3]; 3], tau: &law::Sym8) -> [[F8; 3]; 3] {
-    let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
-    let mut a = *gradient;
-    for c in 0..3 {
-        for r in 0..3 {
-            a[c][r] = gradient[c][r] - t[c][r];
+fn stress(motions: &[Motion; 8], tau: &law::Sym8) -> [Motion; 8] {
+    let mut now = *motions;
+    for (k, now) in now.iter_mut().enumerate() {
+        let [xx, yy, zz, xy, xz, yz] = [tau[0].0[k], tau[1].0[k], tau[2].0[k], tau[3].0[k], tau[4].0[k], tau[5].0[k]];
+        for (row, column) in now[1..].iter_mut().zip([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) {
+            for d in 0..3 {
+                row[d] -= column[d];
+            }
         }
+        now[0][3] = 1.0;
     }
-    a
+    now
 }
 
 #[inline(always)]
-fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced) {
+fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced, got: &[[Node; 8]; 4]) -> [Motion; 8] {
+    let mut motions = [[[0.0; 4]; 4]; 8];
     if let Some(working) = step.working {
         for (k, p) in cold.iter_mut().enumerate() {
             p.structure = working.after(p.structure, new.update.plastic.0[k]);
@@ -306,24 +334,33 @@ fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced) 
             p.strain[i] = new.update.elastic_strain[i].0[k];
         }
         p.hardening += new.update.plastic.0[k];
+        let motion = transferred(step, p, [&got[0][k], &got[1][k], &got[2][k], &got[3][k]]);
+        for d in 0..3 {
+            p.velocity[d] = motion[0][d];
+            for c in 0..3 {
+                p.affine[c][d] = motion[c + 1][d];
+            }
+        }
+        motions[k] = motion;
     }
+    motions
 }
 
 /// Adds what solid tools give to the velocities with which particles scatter.
 #[inline(always)]
-fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], velocity: &mut [F8; 3]) {
+fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], motions: &mut [Motion; 8]) {
     let Some(press) = press else { return };
-    for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
-        let own = DVec3::from_array([0, 1, 2].map(|d| f64::from(velocity[d].0[k])));
+    for ((hot, cold), motion) in hot.iter().zip(cold).zip(motions) {
+        let own = DVec3::from_array([0, 1, 2].map(|d| f64::from(motion[0][d])));
         let given = press.on(hot, cold, own);
         for d in 0..3 {
-            velocity[d].0[k] += given[d];
+            motion[0][d] += given[d];
         }
     }
 }
 
 #[inline(always)]
-fn g2p2g_with<const FMA: bool>(
+fn g2p2g_with<L: Lanes>(
     step: &Step,
     place: &Place<'_>,
     hot: &mut [Hot],
@@ -336,56 +373,47 @@ fn g2p2g_with<const FMA: bool>(
     let mut clamped = 0;
     for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
-        let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        let mut new = advance(step, place, &eight, cold, &got);
-        store(step, chunk, cold, &new);
-        push(&mut press, chunk, cold, &mut new.velocity);
+        let got = gather::<L>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
+        let new = advance(step, place, &eight, cold, &got);
+        let before = store(step, chunk, cold, &new, &got);
         clamped += new.update.clamped;
-        let a = affine_minus_stress(&new.gradient, &new.update.stress);
-        scatter::<FMA>(&stencil(&eight.cell, &new.x), eight.count, &new.velocity, &a, eight.mass, out);
+        let mut now = stress(&before, &new.update.stress);
+        push(&mut press, chunk, cold, &mut now);
+        scatter::<L>(&stencil(&eight.cell, &new.x), eight.count, &now, &before, eight.mass, out);
     }
     clamped
 }
 
 #[inline(always)]
-fn g2p_with<const FMA: bool>(step: &Step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32 {
+fn g2p_with<L: Lanes>(step: &Step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32 {
     let mut clamped = 0;
     for (chunk, cold) in hot.chunks_mut(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
-        let got = gather::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
-        clamped += finish(step, place, &eight, chunk, cold, &got);
+        let got = gather::<L>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
+        let new = advance(step, place, &eight, cold, &got);
+        store(step, chunk, cold, &new, &got);
+        for (k, p) in cold.iter_mut().enumerate() {
+            p.way = [0, 1, 2].map(|d| new.way[d].0[k]);
+        }
+        clamped += new.update.clamped;
     }
     clamped
-}
-
-/// Law of eight particles; velocity and affine are stored with the rest.
-#[inline(always)]
-fn finish(step: &Step, place: &Place<'_>, eight: &Eight, chunk: &mut [Hot], cold: &mut [Cold], got: &[[Node; 8]; 4]) -> u32 {
-    let new = advance(step, place, eight, cold, got);
-    store(step, chunk, cold, &new);
-    for (k, p) in cold.iter_mut().enumerate() {
-        for d in 0..3 {
-            p.velocity[d] = new.velocity[d].0[k] * step.velocity_unit;
-            for c in 0..3 {
-                p.affine[c][d] = new.gradient[c][d].0[k] * step.rate_unit;
-            }
-        }
-    }
-    new.update.clamped
 }
 
 /// [`g2p`] of particles whose velocities and moments `[v, m_x, m_y, m_z]` were gathered elsewhere.
 pub(super) fn finish_gathered(step: &Step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], gathered: &[[Node; 4]]) -> u32 {
     let mut clamped = 0;
     for ((chunk, cold), gathered) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(gathered.chunks(8)) {
-        let got = std::array::from_fn(|c| std::array::from_fn(|k| gathered.get(k).map_or(Node([0.0; 4]), |g| g[c])));
-        clamped += finish(step, place, &load(chunk, place.origin), chunk, cold, &got);
+        let got = std::array::from_fn(|c| std::array::from_fn(|k| gathered.get(k).map_or(Node([0.0; 8]), |g| g[c])));
+        let new = advance(step, place, &load(chunk, place.origin), cold, &got);
+        store(step, chunk, cold, &new, &got);
+        clamped += new.update.clamped;
     }
     clamped
 }
 
 #[inline(always)]
-fn p2g_with<const FMA: bool>(
+fn p2g_with<L: Lanes>(
     step: &Step,
     place: &Place<'_>,
     hot: &[Hot],
@@ -394,24 +422,20 @@ fn p2g_with<const FMA: bool>(
     out: &mut Tile,
 ) {
     *out = Tile::ZERO;
-    let (per_velocity, per_rate) = (1.0 / step.velocity_unit, 1.0 / step.rate_unit);
     for (chunk, cold) in hot.chunks(8).zip(cold.chunks_mut(8)) {
         let eight = load(chunk, place.origin);
-        let mut v = [F8::ZERO; 3];
-        let mut gradient = [[F8::ZERO; 3]; 3];
-        for (k, p) in cold.iter().enumerate() {
-            for d in 0..3 {
-                v[d].0[k] = p.velocity[d] * per_velocity;
-                for c in 0..3 {
-                    gradient[c][d].0[k] = p.affine[c][d] * per_rate;
-                }
+        let mut tau = law::stress(&step.law, &eight.strain);
+        multiply_stress(place, &eight, &eight.x, &mut tau);
+        let mut before = [[[0.0; 4]; 4]; 8];
+        for (motion, p) in before.iter_mut().zip(chunk) {
+            motion[0][..3].copy_from_slice(&p.velocity);
+            for c in 0..3 {
+                motion[c + 1][..3].copy_from_slice(&p.affine[c]);
             }
         }
-        push(&mut press, chunk, cold, &mut v);
-        let mut stress = law::stress(&step.law, &eight.strain);
-        multiply_stress(place, &eight, &eight.x, &mut stress);
-        let a = affine_minus_stress(&gradient, &stress);
-        scatter::<FMA>(&stencil(&eight.cell, &eight.x), eight.count, &v, &a, eight.mass, out);
+        let mut now = stress(&before, &tau);
+        push(&mut press, chunk, cold, &mut now);
+        scatter::<L>(&stencil(&eight.cell, &eight.x), eight.count, &now, &before, eight.mass, out);
     }
 }
 
@@ -421,7 +445,7 @@ macro_rules! dispatch {
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,fma")]
         fn $fast($step: &Step, $($arg: $type),*) -> $ret {
-            $kernel::<true>($step, $($arg),*)
+            $kernel::<super::simd::Wide>($step, $($arg),*)
         }
 
         $(#[$doc])*
@@ -432,7 +456,7 @@ macro_rules! dispatch {
                 // SAFETY: `fma` is set only after AVX2 and FMA were detected.
                 return unsafe { $fast($step, $($arg),*) };
             }
-            $kernel::<false>($step, $($arg),*)
+            $kernel::<F8>($step, $($arg),*)
         }
     };
 }
@@ -441,8 +465,7 @@ dispatch!(
     /// clamped.
     g2p2g = g2p2g_with / g2p2g_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile, press: Option<&mut Press<'_>>, out: &mut Tile) -> u32);
 dispatch!(
-    /// Gather and law of one class run; velocity and affine go to `cold` in SI units. Returns the number of
-    /// particles clamped.
+    /// Gather and law of one class run. Returns the number of particles clamped.
     g2p = g2p_with / g2p_avx2, (step, place: &Place<'_>, hot: &mut [Hot], cold: &mut [Cold], velocity: &Tile) -> u32);
 dispatch!(
     /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.

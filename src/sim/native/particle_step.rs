@@ -8,7 +8,6 @@ use super::contact::{Moment, ToolNow};
 use super::kernel::Place;
 use super::meeting::Meeting;
 use super::penalty::Presses;
-use super::state::{Cold, Hot, unpack_cell};
 use super::step::Step;
 use super::walls::Arrivals;
 use glam::{DVec3, IVec3};
@@ -66,14 +65,6 @@ impl ParticleStep<'_> {
         self.material.softening > 0.0
             && self.step.yield_norm.is_finite()
             && self.tools.iter().any(|t| t.shape.distance(t.motion.end.to_local(centre)) < reach)
-    }
-
-    /// The yield norm of a particle now.
-    pub(super) fn yield_norm(&self, hot: &Hot, cold: &Cold, is_softened: bool, at: Moment) -> f32 {
-        let cell = unpack_cell(hot.cell);
-        let x = std::array::from_fn(|d| f64::from(cell[d]) + f64::from(hot.offset[d]));
-        let fresh = if is_softened { self.softened(x, at) } else { self.step.yield_norm };
-        self.step.yield_norm_of(fresh, hot.hardening, cold.structure)
     }
 
     fn room(&self, block: IVec3) -> Option<([f32; 3], [f32; 3])> {

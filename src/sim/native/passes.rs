@@ -83,7 +83,7 @@ pub(super) fn gather(
             let mut ghosts = s.cutting.has_ghosts().then(|| GridReport::of_tools(s.tools.len()));
             for (key, hot, cold) in w.run.classes(&mut *w.hot, &mut *w.cold) {
                 if let Some(report) = ghosts.as_mut().filter(|_| !key.is_untagged()) {
-                    let gathered = ghost::gather(s, (grid, &table), (w.block, key), (hot, cold), report);
+                    let gathered = ghost::gather(s, (grid, &table), (w.block, key), hot, report);
                     clamped += s.at(w.block, Moment::End, |place| kernel::finish_gathered(&s.step, place, hot, cold, &gathered));
                 } else if !hot.is_empty() {
                     let velocity = arena(grid, &table, w.block, key);
@@ -106,7 +106,7 @@ pub(super) fn gather(
 
 fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
     let report = match s.cutting {
-        CuttingMethod::TwoFields => tags::tag(tools, s.domain, f64::from(s.step.velocity_unit), hot, cold),
+        CuttingMethod::TwoFields => tags::tag(tools, s.domain, hot, cold),
         method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
             ghost::tag(method, tools, hot, cold)
         }

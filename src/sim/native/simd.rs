@@ -1,12 +1,14 @@
-//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, [`V4`] one node's momentum and
-//! mass.
+//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, and, as [`Lanes`], the eight of one
+//! [`Node`].
 //!
-//! `F8` is plain array arithmetic that the compiler turns into vector code; `V4` maps to one SSE register
-//! where there is one, since the gather and scatter of a particle (27 nodes each) must stay in registers
-//! whatever the compiler thinks of arrays.
+//! `F8` is plain array arithmetic that the compiler turns into vector code; [`Wide`] is one AVX register,
+//! since the gather and scatter of a particle (27 nodes each) must stay in registers whatever the compiler
+//! thinks of arrays.
 
 #[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::{_mm_add_ps, _mm_fmadd_ps, _mm_load_ps, _mm_mul_ps, _mm_set1_ps, _mm_setr_ps, _mm_store_ps};
+use std::arch::x86_64::{
+    __m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu2_m128, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps,
+};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight particles' values.
@@ -58,113 +60,109 @@ impl F8 {
     }
 }
 
-/// One node: momentum or velocity in x, y, z and mass in w.
-#[derive(Clone, Copy, Debug)]
-#[repr(transparent)]
-pub(super) struct V4(Lanes);
+/// A node in memory: momentum or velocity in 0 .. 3, mass in 3, in 4 .. 7 what the clay had of the first
+/// before stress, tools and all else acted on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(super) struct Node(pub [f32; 8]);
 
-#[cfg(target_arch = "x86_64")]
-type Lanes = std::arch::x86_64::__m128;
-#[cfg(not(target_arch = "x86_64"))]
-type Lanes = [f32; 4];
-
-// SSE2 is part of every x86_64, so these need no detection.
-#[cfg(target_arch = "x86_64")]
-impl V4 {
-    #[inline(always)]
-    pub(super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
-        // SAFETY: SSE is part of the x86_64 baseline.
-        Self(unsafe { _mm_setr_ps(x, y, z, w) })
-    }
-
-    #[inline(always)]
-    pub(super) fn splat(v: f32) -> Self {
-        // SAFETY: SSE is part of the x86_64 baseline.
-        Self(unsafe { _mm_set1_ps(v) })
-    }
-
-    #[inline(always)]
-    pub(super) fn load(node: &Node) -> Self {
-        // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
-        Self(unsafe { _mm_load_ps(node.0.as_ptr()) })
-    }
-
-    #[inline(always)]
-    pub(super) fn store(self, node: &mut Node) {
-        // SAFETY: a Node is 16-byte aligned and 16 bytes long; SSE is part of the x86_64 baseline.
-        unsafe { _mm_store_ps(node.0.as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    pub(super) fn plus(self, b: Self) -> Self {
-        // SAFETY: SSE is part of the x86_64 baseline.
-        Self(unsafe { _mm_add_ps(self.0, b.0) })
-    }
-
-    #[inline(always)]
-    pub(super) fn times(self, b: Self) -> Self {
-        // SAFETY: SSE is part of the x86_64 baseline.
-        Self(unsafe { _mm_mul_ps(self.0, b.0) })
-    }
-
-    /// `self * b + c`; fused only in kernels that were entered after FMA was detected.
-    #[inline(always)]
-    pub(super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
-        if FMA {
-            // SAFETY: FMA = true is instantiated only inside functions with target feature fma, called
-            // after detection.
-            Self(unsafe { _mm_fmadd_ps(self.0, b.0, c.0) })
-        } else {
-            self.times(b).plus(c)
-        }
-    }
+/// The numbers of one node, in registers.
+pub(super) trait Lanes: Copy {
+    fn splat(v: f32) -> Self;
+    fn load(node: &Node) -> Self;
+    fn store(self, node: &mut Node);
+    /// The first four numbers and the last four.
+    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self;
+    fn plus(self, b: Self) -> Self;
+    fn times(self, b: Self) -> Self;
+    /// `self * b + c`.
+    fn times_plus(self, b: Self, c: Self) -> Self;
 }
 
-#[cfg(not(target_arch = "x86_64"))]
-impl V4 {
+impl Lanes for F8 {
     #[inline(always)]
-    pub(super) fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
-        Self([x, y, z, w])
+    fn splat(v: f32) -> Self {
+        Self([v; 8])
     }
 
     #[inline(always)]
-    pub(super) fn splat(v: f32) -> Self {
-        Self([v; 4])
-    }
-
-    #[inline(always)]
-    pub(super) fn load(node: &Node) -> Self {
+    fn load(node: &Node) -> Self {
         Self(node.0)
     }
 
     #[inline(always)]
-    pub(super) fn store(self, node: &mut Node) {
+    fn store(self, node: &mut Node) {
         node.0 = self.0;
     }
 
     #[inline(always)]
-    pub(super) fn plus(mut self, b: Self) -> Self {
-        for i in 0..4 {
-            self.0[i] += b.0[i];
-        }
-        self
+    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self {
+        Self([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]])
     }
 
     #[inline(always)]
-    pub(super) fn times(mut self, b: Self) -> Self {
-        for i in 0..4 {
-            self.0[i] *= b.0[i];
-        }
-        self
+    fn plus(self, b: Self) -> Self {
+        self + b
     }
 
     #[inline(always)]
-    pub(super) fn times_plus<const FMA: bool>(self, b: Self, c: Self) -> Self {
-        self.times(b).plus(c)
+    fn times(self, b: Self) -> Self {
+        self * b
+    }
+
+    #[inline(always)]
+    fn times_plus(self, b: Self, c: Self) -> Self {
+        self * b + c
     }
 }
 
-/// A node in memory: (momentum or velocity, mass).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(16))]
-pub(super) struct Node(pub [f32; 4]);
+/// One AVX register: only in kernels that were entered after AVX2 and FMA were detected.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(super) struct Wide(__m256);
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for Wide {
+    #[inline(always)]
+    fn splat(v: f32) -> Self {
+        // SAFETY: kernels of this type are entered after AVX2 and FMA were detected.
+        Self(unsafe { _mm256_set1_ps(v) })
+    }
+
+    #[inline(always)]
+    fn load(node: &Node) -> Self {
+        // SAFETY: as in `splat`; a Node is 32-byte aligned and 32 bytes long.
+        Self(unsafe { _mm256_load_ps(node.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn store(self, node: &mut Node) {
+        // SAFETY: as in `load`.
+        unsafe { _mm256_store_ps(node.0.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self {
+        // SAFETY: as in `splat`; each is 16 bytes long.
+        Self(unsafe { _mm256_loadu2_m128(high.as_ptr(), low.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn plus(self, b: Self) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_add_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn times(self, b: Self) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_mul_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn times_plus(self, b: Self, c: Self) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
+    }
+}

@@ -51,6 +51,8 @@ pub(super) struct Solver {
     arrivals: Arrivals,
     /// Bound on how far any particle has strayed from its cell since the last sort \[cells\].
     travel: f32,
+    /// Whether nothing has happened to the particles since the last sort.
+    is_sorted: bool,
     sums: ParticleSums,
     quarantined: Vec<u32>,
     start: Arc<FrameState>,
@@ -131,7 +133,7 @@ impl Solver {
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
         let (grid, arrivals, fma) = (Grid::default(), Arrivals::new(&domain), kernel::has_fma());
-        Self { domain, time, state, tiles, grid, arrivals, travel: 0.0, sums, quarantined, start, fma }
+        Self { domain, time, state, tiles, grid, arrivals, travel: 0.0, is_sorted: true, sums, quarantined, start, fma }
     }
 
     /// The clay at the end of the last frame.
@@ -196,10 +198,11 @@ impl Solver {
         let (step, gravity, springs) = (Step::new(&coefficients, self.fma), coefficients.gravity, coefficients.contact);
         let (material, cutting, clamps_walls) = (&plan.material, plan.cutting, plan.validation.clamped_walls);
         let mut tools = tools_at(0);
-        let share = |s: u32| plan.averaging_share(s, steps);
+        let averaging = |s: u32| plan.averages_before(s).then_some(plan.volume_averaging);
         let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls, tools: &tools };
         self.state.drop_plates(plan);
-        self.begin(&first, share(0), &mut tally);
+        self.state.begin_frame(&step);
+        self.begin(&first, None, &mut tally);
         let mut speed = 0.0;
         for s in 0..steps {
             if stop.load(Ordering::Relaxed) {
@@ -215,24 +218,30 @@ impl Solver {
             tally.add_grid(&report);
             if s + 1 < steps {
                 let next = tools_at(s + 1);
-                self.advance(&particles, &next, share(s + 1), speed, &mut tally);
+                self.advance(&particles, &next, averaging(s + 1), speed, &mut tally);
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
                 self.grow_together(&step, plan, &mut tally);
+                if plan.averages() {
+                    self.sort(&mut tally);
+                    averaging::average_volumes(&mut self.state, plan.volume_averaging);
+                }
+                self.state.end_frame(&step);
             }
         }
         Ok(tally)
     }
 
-    /// First half of a substep from the stored velocities: a sort, averaging of volumes, if `share` is not 0,
-    /// tags and scatter. Sums run in the order of the sort: a frame that begins with one has the same bits
-    /// whether its clay was loaded or was there.
-    fn begin(&mut self, s: &ParticleStep<'_>, share: f64, tally: &mut Tally) {
+    /// First half of a substep from the stored velocities: a sort, averaging of volumes within a plastic strain,
+    /// if one is given, tags and scatter. Sums run in the order of the sort: a frame that begins with one has
+    /// the same bits whether its clay was loaded or was there.
+    fn begin(&mut self, s: &ParticleStep<'_>, averaging: Option<f64>, tally: &mut Tally) {
         self.sort(tally);
-        if share > 0.0 {
-            averaging::average_volumes(s, &mut self.state, share);
+        if let Some(strain) = averaging {
+            averaging::average_volumes(&mut self.state, strain);
         }
+        self.is_sorted = false;
         // The methods that keep no cuts clear what is left of any.
         let near = if s.cutting.keeps_cuts() { self.near_blades(s, s.tools) } else { vec![true; self.state.runs.len()] };
         let moved = tally.add_tags(&passes::tag(s, &mut self.state, &|i| near[i]));
@@ -265,13 +274,14 @@ impl Solver {
     }
 
     /// Gather of this substep and scatter of the next, fused but for the blocks near a blade, whose particles
-    /// take sides in between. Not fused at all where volumes are averaged in between, by `share`.
-    fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], share: f64, speed: f32, tally: &mut Tally) {
+    /// take sides in between. Not fused at all where volumes are averaged in between.
+    fn advance(&mut self, s: &ParticleStep<'_>, next: &[ToolNow], averaging: Option<f64>, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;
-        if share > 0.0 {
+        self.is_sorted = false;
+        if averaging.is_some() {
             tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
-            self.begin(&ParticleStep { tools: next, ..*s }, share, tally);
+            self.begin(&ParticleStep { tools: next, ..*s }, averaging, tally);
             tally.timings.particles += began.elapsed().as_secs_f64();
             return;
         }
@@ -310,6 +320,7 @@ impl Solver {
     fn end(&mut self, s: &ParticleStep<'_>, speed: f32, tally: &mut Tally) {
         let began = Instant::now();
         self.travel += speed;
+        self.is_sorted = false;
         tally.add_gathered(&passes::gather(s, &mut self.state, &self.grid, &|_| true, None));
         tally.timings.particles += began.elapsed().as_secs_f64();
     }
@@ -326,8 +337,7 @@ impl Solver {
     /// A bound on the velocities of ghosts [cells/substep].
     #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
     fn ghost_speed(&self, s: &ParticleStep<'_>) -> f32 {
-        let unit = f64::from(s.step.velocity_unit);
-        if s.cutting.has_ghosts() { ghost::speed_bound(&self.state, s.tools, unit, s.gravity) as f32 } else { 0.0 }
+        if s.cutting.has_ghosts() { ghost::speed_bound(&self.state, s.tools, s.gravity) as f32 } else { 0.0 }
     }
 
     /// The blocks near a blade of `tools`, whose particles may take a side.
@@ -344,19 +354,25 @@ impl Solver {
     }
 
     fn sort(&mut self, tally: &mut Tally) {
+        if self.is_sorted {
+            return;
+        }
         let began = Instant::now();
-        let old = self.state.sort();
-        self.state.recycle(old);
-        self.travel = 0.0;
+        self.resort();
         tally.timings.rebin += began.elapsed().as_secs_f64();
     }
 
     fn restore(&mut self) {
         self.state.hot.clone_from(&self.start.hot);
         self.state.cold.clone_from(&self.start.cold);
+        self.resort();
+    }
+
+    fn resort(&mut self) {
         let old = self.state.sort();
         self.state.recycle(old);
         self.travel = 0.0;
+        self.is_sorted = true;
     }
 
     /// Whether some clay hangs together with none that a wall bears.

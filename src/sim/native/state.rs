@@ -1,16 +1,18 @@
 //! Particles as the kernels want them, and the sort of them into 4^3 blocks.
 //!
-//! The fused kernel reads and writes [`Hot`] only (48 bytes). [`Cold`] moves along in the sort and is touched
-//! where a frame starts or ends and near a blade. Blocks are cut by cell; a particle may stray [`MARGIN`]
+//! The fused kernel reads and writes [`Hot`] only (96 bytes). [`Cold`] moves along in the sort and is touched
+//! near tools and where clay has a history. Blocks are cut by cell; a particle may stray [`MARGIN`]
 //! cells from its cell before it is sorted anew.
 
 use super::super::cut::{self, CutKey, PLATE_SHEET, SheetSet};
 use super::super::frame::FramePlan;
+use super::super::limits::TRAVEL_LIMIT;
 use super::super::params::{BLOCK, Domain};
 use super::super::snapshot::{ANCHORS_MAX, Anchor, Particle, Tag};
 use super::law::Sym8;
 use super::simd::F8;
-use glam::IVec3;
+use super::step::Step;
+use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -32,16 +34,21 @@ pub(super) struct Hot {
     pub mass: f32,
     /// Accumulated plastic strain.
     pub hardening: f32,
+    /// [m/s]; within a frame [cells/substep]: by units forth and back it would lose the same in each substep.
+    pub velocity: [f32; 3],
+    /// [1/s], within a frame per substep; columns.
+    pub affine: [[f32; 3]; 3],
 }
 
 /// The rest of a particle.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(super) struct Cold {
-    /// [m/s]
-    pub velocity: [f32; 3],
-    /// [1/s], columns.
-    pub affine: [[f32; 3]; 3],
+    /// By how much it moved in the last substep, where that was gathered apart; as its velocity has it
+    /// where a frame starts \[cells\].
+    pub way: [f32; 3],
+    /// Plastic strain at the last averaging of volumes, or at the frame's start.
+    pub averaged_at: f32,
     pub id: u32,
     pub tags: [Tag; 2],
     pub structure: f32,
@@ -104,8 +111,8 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
     Particle {
         cell: unpack_cell(h.cell),
         offset: h.offset,
-        velocity: cold.velocity,
-        affine: cold.affine,
+        velocity: hot.velocity,
+        affine: hot.affine,
         elastic_strain: h.strain,
         hardening: h.hardening,
         structure: cold.structure,
@@ -210,10 +217,12 @@ pub(super) fn convert(domain: &Domain, particles: &[Particle]) -> (Vec<Hot>, Vec
         strain: p.elastic_strain,
         mass: (f64::from(p.rest_volume) / unit) as f32,
         hardening: p.hardening,
-    };
-    let cold = |p: &Particle| Cold {
         velocity: p.velocity,
         affine: p.affine,
+    };
+    let cold = |p: &Particle| Cold {
+        way: [0.0; 3],
+        averaged_at: p.hardening,
         id: p.id,
         tags: p.tags,
         structure: p.structure,
@@ -324,6 +333,24 @@ impl State {
                 }
             }
         }
+    }
+
+    /// Begins to count and keep what is within a frame, where velocities are in cells and substeps.
+    pub(super) fn begin_frame(&mut self, step: &Step) {
+        self.hot.par_iter_mut().zip(&mut self.cold).with_min_len(1024).for_each(|(hot, cold)| {
+            hot.velocity = hot.velocity.map(|v| v / step.velocity_unit);
+            hot.affine = hot.affine.map(|column| column.map(|a| a / step.rate_unit));
+            cold.averaged_at = hot.hardening;
+            cold.way = Vec3::from_array(hot.velocity).clamp_length_max(TRAVEL_LIMIT).to_array();
+        });
+    }
+
+    /// Brings velocities back to SI units.
+    pub(super) fn end_frame(&mut self, step: &Step) {
+        self.hot.par_iter_mut().with_min_len(1024).for_each(|hot| {
+            hot.velocity = hot.velocity.map(|v| v * step.velocity_unit);
+            hot.affine = hot.affine.map(|column| column.map(|a| a * step.rate_unit));
+        });
     }
 
     /// Takes back a table no tile refers to any more.

@@ -25,8 +25,8 @@ fn sums_of_chunk(domain: &Domain, hot: &[Hot], cold: &[Cold]) -> ParticleSums {
         let (norm2, trace) = law::hencky_invariants(&strains(hot));
         for (k, (h, c)) in hot.iter().zip(cold).enumerate() {
             let volume = f64::from(c.rest_volume);
-            let v = DVec3::from_array(c.velocity.map(f64::from));
-            let a = c.affine.map(|c| DVec3::from_array(c.map(f64::from)));
+            let v = DVec3::from_array(h.velocity.map(f64::from));
+            let a = h.affine.map(|c| DVec3::from_array(c.map(f64::from)));
             let x = IVec3::from_array(unpack_cell(h.cell)).as_dvec3() + DVec3::from_array(h.offset.map(f64::from));
             let curl = DVec3::new(a[1].z - a[2].y, a[2].x - a[0].z, a[0].y - a[1].x);
             let j = f64::from(trace.0[k]).exp();

@@ -21,6 +21,8 @@ pub(super) struct Step {
     pub rate_unit: f32,
     /// Stress over its scaled form \[Pa\].
     pub stress_unit: f64,
+    /// Share of what nodes do not see of a particle's velocity that stays on it [-].
+    pub velocity_kept: f32,
     /// Whether AVX2 and FMA were found.
     pub fma: bool,
 }
@@ -73,6 +75,7 @@ impl Step {
             velocity_unit: coefficients.velocity_unit as f32,
             rate_unit: coefficients.rate_unit as f32,
             stress_unit: 1.0 / stress_scale,
+            velocity_kept: coefficients.velocity_kept as f32,
             fma,
         }
     }

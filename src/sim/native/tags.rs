@@ -41,16 +41,15 @@ pub(super) struct TagReport {
     pub is_changed: bool,
 }
 
-/// Gives the particles of a block their sides of the blades among `tools`; `velocity_unit` is one cell per
-/// substep [m/s].
+/// Gives the particles of a block their sides of the blades among `tools`.
 #[expect(clippy::cast_possible_truncation, reason = "offsets are f32")]
-pub(super) fn tag(tools: &[ToolNow], domain: &Domain, velocity_unit: f64, hot: &mut [Hot], cold: &mut [Cold]) -> TagReport {
+pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold]) -> TagReport {
     let mut report = TagReport { tools: vec![Default::default(); tools.len()], ..TagReport::default() };
     let (low, high) = domain.wall_nodes();
     for (h, c) in hot.iter_mut().zip(cold) {
         let cell = IVec3::from_array(unpack_cell(h.cell)).as_dvec3();
         let start = cell + DVec3::from_array(h.offset.map(f64::from));
-        let travelled = DVec3::from_array(c.velocity.map(f64::from)) / velocity_unit;
+        let travelled = DVec3::from_array(c.way.map(f64::from));
         let mut x = start;
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let Some(blade) = &tool.blade else { continue };

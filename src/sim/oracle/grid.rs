@@ -11,12 +11,15 @@ pub(super) struct Sum {
     pub(super) mass: f64,
     /// Momentum [kg m/s].
     pub(super) momentum: DVec3,
+    /// The same without the impulses of stress and of tools: what the particles had.
+    pub(super) before: DVec3,
 }
 
 impl std::ops::AddAssign for Sum {
     fn add_assign(&mut self, other: Self) {
         self.mass += other.mass;
         self.momentum += other.momentum;
+        self.before += other.before;
     }
 }
 
@@ -74,6 +77,12 @@ impl Classes {
             at
         });
         &mut self.0[at].1
+    }
+
+    /// The velocity [m/s] with which the particles of a class came, if there are any.
+    pub(super) fn velocity_before(&self, key: CutKey) -> Option<DVec3> {
+        let (_, sum) = self.iter().find(|(class, sum)| *class == key && sum.mass > 0.0)?;
+        Some(sum.before / sum.mass)
     }
 
     /// Mass \[kg\] of all classes.

@@ -85,9 +85,14 @@ pub fn energy_density(material: &ClayMaterial, elastic_strain: DMat3) -> f64 {
     material.lame_mu() * h.length_squared() + 0.5 * material.lame_lambda() * h.element_sum().powi(2)
 }
 
+/// ln J [-].
+pub fn log_volume_ratio(elastic_strain: DMat3) -> f64 {
+    hencky(Spectrum::of(elastic_strain).values).element_sum()
+}
+
 /// Volume ratio J [-].
 pub fn volume_ratio(elastic_strain: DMat3) -> f64 {
-    hencky(Spectrum::of(elastic_strain).values).element_sum().exp()
+    log_volume_ratio(elastic_strain).exp()
 }
 
 /// What a substep made of the elastic strain.
@@ -156,13 +161,6 @@ pub fn flow(material: &ClayMaterial, excess: f64, dt: f64) -> f64 {
         high - low > 1e-15 * excess
     } {}
     0.5 * (low + high)
-}
-
-/// Norm of the Hencky deviator [-] and `ln J` of an elastic strain.
-pub fn invariants(elastic_strain: DMat3) -> (f64, f64) {
-    let h = hencky(Spectrum::of(elastic_strain).values);
-    let trace = h.element_sum();
-    ((h - trace / 3.0).length(), trace)
 }
 
 /// The elastic strain with `ln J` changed by `change`, its deviator kept: `b *= exp(2 change / 3)`.

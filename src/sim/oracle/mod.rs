@@ -6,14 +6,14 @@
 //!
 //! | file                   | does                                              | equation               |
 //! |------------------------|---------------------------------------------------|------------------------|
-//! | `averaging`            | flowing particles share their cell's volume ratio | -                      |
+//! | `averaging`            | what flowed shares its cell's volume ratio        | -                      |
 //! | `tags`                 | particles take and keep their side of a blade     | Eq. 1, swept           |
 //! | `penalty`              | solid tools and walls press on particles          | one potential          |
 //! | `p2g`                  | particles to nodes                                | Eq. 2-4, MLS-MPM, APIC |
 //! | `sides`                | which nodes cuts divide                           | Eq. 2-3, compatibility |
 //! | `walls`                | what the room's walls do; momentum -> velocity    | method of images       |
 //! | `contact`              | side against side, clay against blades            | Coulomb                |
-//! | `g2p`                  | nodes to particles, advection                     | APIC                   |
+//! | `g2p`                  | nodes to particles, advection                     | APIC, what fades of it |
 //! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |
 //! | `weld`                 | cuts grow together, once a frame                  | -                      |
 //! | `ghost`, `interactive` | the methods of others, to compare with            | Eq. 1-3 to the letter  |
@@ -50,6 +50,7 @@ pub use particle::Particle;
 
 use super::cut::CutKey;
 use super::frame::{FramePlan, FrameReport};
+use super::limits::TRAVEL_LIMIT;
 use super::material::ClayMaterial;
 use super::params::Domain;
 use super::snapshot::{self, Snapshot};
@@ -90,11 +91,15 @@ impl Oracle {
     pub fn run(&mut self, plan: &FramePlan) -> FrameReport {
         tags::drop_plates(&mut self.particles, plan);
         let mut frame = report::begin(&self.particles, plan);
+        self.begin_frame(plan);
         for step in 0..plan.steps {
             let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
             if step + 1 == plan.steps {
                 weld::grow_together(&mut self.particles, &grid, plan, self.time, &mut frame);
             }
+        }
+        if plan.averages() {
+            averaging::average_volumes(&mut self.particles, plan.volume_averaging);
         }
         self.time += plan.duration();
         self.material = plan.material;
@@ -107,10 +112,20 @@ impl Oracle {
         frame
     }
 
+    /// What is counted and kept within a frame.
+    fn begin_frame(&mut self, plan: &FramePlan) {
+        for particle in &mut self.particles {
+            let way = particle.velocity * (plan.dt / self.domain.cell_width);
+            particle.way = way.clamp_length_max(f64::from(TRAVEL_LIMIT));
+            particle.flowed = 0.0;
+        }
+    }
+
     /// The nodes of the plan's first substep, as it leaves them, and runs that substep.
     #[doc(hidden)]
     pub fn trace(&mut self, plan: &FramePlan) -> Vec<TracedNode> {
         let mut frame = report::begin(&self.particles, plan);
+        self.begin_frame(plan);
         let grid = substep::substep(&mut self.particles, &self.domain, plan, 0, &mut frame);
         let traced = |(node, at): (IVec3, &grid::Node)| -> Vec<TracedNode> {
             let of_class = |(key, sum): (CutKey, Sum)| {

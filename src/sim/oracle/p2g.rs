@@ -8,6 +8,9 @@
 //! tool at its pose of `t`. The [impulse of tools and walls](super::penalty) is part of the particle's
 //! momentum: `w j` goes to each node. The sums of each class stay apart (compatibility of Eq. 2-3). Nodes
 //! note at which walls their clay has arrived.
+//!
+//! Beside these, `sum w m_p (v + C (x_i - x_p) dx)`, what the particles had before stress and tools: over
+//! `m_i` the velocity *before*, of each class by itself, which no wall folds; [`g2p`](super::g2p) needs it.
 
 use super::grid::Grid;
 use super::law;
@@ -31,7 +34,9 @@ pub(super) fn scatter(particles: &[Particle], impulses: &[DVec3], around: &Surro
             let node = &mut grid.nodes[index];
             let sum = node.classes.of(key);
             sum.mass += touch.weight * mass;
-            sum.momentum += touch.weight * (mass * (particle.velocity + affine * (touch.arm * cell_width)) + *impulse);
+            let arm = touch.arm * cell_width;
+            sum.momentum += touch.weight * (mass * (particle.velocity + affine * arm) + *impulse);
+            sum.before += touch.weight * mass * (particle.velocity + particle.affine * arm);
             node.walls |= particle.walls;
         }
     }

@@ -17,6 +17,11 @@ pub struct Particle {
     pub elastic_strain: DMat3,
     /// Accumulated plastic strain [-].
     pub hardening: f64,
+    /// By how much it moved in the last substep \[cells\]; where a frame starts, as its velocity has it.
+    pub way: DVec3,
+    /// Plastic strain [-] since volumes were last averaged: not in a snapshot, since they are at each frame's
+    /// end.
+    pub flowed: f64,
     /// Working D of thixotropic clay [-]; 0 is fresh.
     pub structure: f64,
     /// Rest volume [m^3].
@@ -40,6 +45,8 @@ impl Particle {
             affine: DMat3::ZERO,
             elastic_strain: DMat3::ZERO,
             hardening: 0.0,
+            way: DVec3::ZERO,
+            flowed: 0.0,
             structure: 0.0,
             rest_volume,
             id,
@@ -59,6 +66,8 @@ impl Particle {
             affine: DMat3::from_cols(vector(particle.affine[0]), vector(particle.affine[1]), vector(particle.affine[2])),
             elastic_strain: DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)),
             hardening: f64::from(particle.hardening),
+            way: DVec3::ZERO,
+            flowed: 0.0,
             structure: f64::from(particle.structure),
             rest_volume: f64::from(particle.rest_volume),
             id: particle.id,

@@ -4,8 +4,8 @@
 //! `m_i v_i = sum_p w_ip m_p (v_p + A_p (x_i - x_p))` with `A = C - 4 h tau / (rho_s dx^2)` (Eq. 2-4) makes
 //! node velocities, with the impulses of solid tools on the particles; gravity, walls, the two sides of cuts
 //! and blades change them; `v_p = sum_i w_ip v_i` and
-//! `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, and the clay law (Eq. 5) makes the next
-//! stress.
+//! `C_p = 4 / dx^2 sum_i w_ip v_i (x_i - x_p)^T` bring them back, with a share of what the nodes did not see
+//! of `v_p` and `C_p`, and the clay law (Eq. 5) makes the next stress.
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::{FramePlan, FrameReport};
@@ -20,7 +20,9 @@ use super::{averaging, contact, g2p, ghost, interactive, p2g, penalty, report, s
 pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, step: u32, frame: &mut FrameReport) -> Grid {
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
 
-    averaging::average_volumes(particles, &around, step);
+    if plan.averages_before(step) {
+        averaging::average_volumes(particles, plan.volume_averaging);
+    }
     match plan.cutting {
         CuttingMethod::TwoFields => tags::take_sides(particles, &around, frame),
         CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles => {

@@ -1,9 +1,11 @@
 //! Tags: which side of a cut a particle is on. Eq. 1, taken once, kept, and decided by the swept blade.
 //!
 //! For each blade of the plan in order, with its motion from `t` to `t + h`: a particle at `x`, come from
-//! `x - h v`, for which [`Near::takes`](super::super::tool::Near::takes) names a side gets the tag (sheet,
-//! side): in the slot that has the sheet already, else in slot 0, whose tag moves to slot 1; what stood there
-//! is given up, and counted if it was a side of a third cut. Then a particle with a tag of this sheet that
+//! `x - h v+ / dx` by the [`g2p`](super::g2p) before (in a frame's first substep by `h v / dx`,
+//! [`TRAVEL_LIMIT`](super::super::limits::TRAVEL_LIMIT) at most), for which
+//! [`Near::takes`](super::super::tool::Near::takes) names a side gets the tag (sheet, side): in the slot that
+//! has the sheet already, else in slot 0, whose tag moves to slot 1; what stood there is given up, and counted
+//! if it was a side of a third cut. Then a particle with a tag of this sheet that
 //! [`Near::is_behind`](super::super::tool::Near::is_behind) is put back along the normal to `side * 1e-3`
 //! cells from the plane, and counted: the sweep counts, because a blade at 3 cells per substep leaves its
 //! band behind it.
@@ -25,7 +27,7 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
         let sheet = tool.path.sheet_id();
         for particle in particles.iter_mut() {
             let point = around.domain.to_world(particle.position);
-            let near = blade.near(point - particle.velocity * around.plan.dt, point);
+            let near = blade.near(point - particle.way * around.domain.cell_width, point);
             let takes = near.takes(cut::place(&particle.tags, sheet).is_some());
             if tool.is_solid() {
                 seen.tagged += u64::from(cut::beside_plate(&mut particle.tags, sheet, near.is_held, takes));

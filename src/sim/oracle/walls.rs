@@ -142,8 +142,8 @@ fn fold_column(grid: &mut Grid, column: &Column) {
     }
     grid.nodes[column.outer].is_outer = true;
     let outer = std::mem::take(&mut grid.nodes[column.outer].folded);
-    for (key, Sum { mass, momentum }) in outer.iter() {
-        *grid.nodes[column.inner].folded.of(key) += Sum { mass, momentum: column.image * momentum };
+    for (key, sum) in outer.iter() {
+        *grid.nodes[column.inner].folded.of(key) += Sum { momentum: column.image * sum.momentum, ..sum };
     }
 }
 

@@ -20,8 +20,8 @@ const STILL_TRAVEL: f64 = 1e-6;
 /// Greatest tool speed over the wave speed.
 pub const TOOL_MACH_MAX: f64 = 0.25;
 
-/// Share per substep by which the ln J of flowing particles relaxes to their cell's mean.
-pub const VOLUME_AVERAGING: f64 = 0.2;
+/// Plastic strain \[-\] in which the ln J of flowing particles come to their cell's mean by all but 1/e.
+pub const VOLUME_AVERAGING: f64 = 5e-4;
 
 /// How far inertia may be scaled up while a tool engages supported clay: `rho_s = min(64 rho, eta k / V^2)`,
 /// V the tool's speed.

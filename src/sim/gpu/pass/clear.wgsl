@@ -14,5 +14,6 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if i < 2u * slots { blocks[params.slot_capacity + i] = 0u; }
     if i < slots { blocks[3u * params.slot_capacity + i] = 0u; }
     if i >= slots * CLASSES * 64u { return; }
-    sums[i] = vec4i(0);
+    sums[2u * i] = vec4i(0);
+    sums[2u * i + 1u] = vec4i(0);
 }

@@ -1,7 +1,7 @@
 // Momentum -> velocity: fold, sides, gravity, blades and cuts, walls, in the order of the substep's
 // definition. One workgroup a block, one invocation a node.
 
-@group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>;
+@group(0) @binding(9) var<storage, read_write> velocities: array<vec4f>; // after and before: two of each node and class
 
 var<workgroup> near_dividers: atomic<u32>;
 var<workgroup> head: vec4u; // is over, packed block, near blades, stands at a wall
@@ -11,10 +11,15 @@ var<workgroup> reflection: array<vec3f, 64>;
 fn check_mass(slot: u32, k: u32) {
     var most = 0u;
     for (var c = 0u; c < CLASSES; c++) {
-        most = max(most, u32(sums[(slot * CLASSES + c) * 64u + k].w));
+        most = max(most, u32(sums[2u * ((slot * CLASSES + c) * 64u + k)].w));
     }
     if f32(most) > params.node_mass_limit * params.mass_scale { halt(OVERFLOW); }
     if most > atomicLoad(&status.node_mass) { atomicMax(&status.node_mass, most); }
+}
+
+// What a class came with: no wall folds it, no field shares it.
+fn velocity_before(place: u32, mass: f32) -> vec3f {
+    return select(vec3f(0.0), vec3f(sums[place + 1u].xyz) / (params.momentum_scale * mass), mass > 0.0);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -114,7 +119,9 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var greatest = 0.0;
     var all_ = 0.0;
     for (var c = 0u; c < CLASSES; c++) {
-        velocities[(slot * CLASSES + c) * 64u + k] = vec4f(node.v[c], 0.0);
+        let place = 2u * ((slot * CLASSES + c) * 64u + k);
+        velocities[place] = vec4f(node.v[c], 0.0);
+        velocities[place + 1u] = vec4f(velocity_before(place, own.c[c].w), 0.0);
         let square = dot(node.v[c], node.v[c]);
         if node.mass[c] >= least { greatest = max(greatest, square); }
         all_ += square;

@@ -32,13 +32,17 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     let affine = r + RECORD_AFFINE;
     let e = Sym(numbers(r + RECORD_STRAIN), numbers(r + RECORD_STRAIN + 3u));
     let tau = stress(e);
+    let v = numbers(r + RECORD_VELOCITY) / params.velocity_unit;
     state[at(POSITION, i)] = vec4f(numbers(r + RECORD_OFFSET), bitcast<f32>(pack_cell(cell)));
-    state[at(VELOCITY, i)] = vec4f(numbers(r + RECORD_VELOCITY) / params.velocity_unit, bitcast<f32>(tags_of(r)));
-    state[at(AFFINE, i)] = vec4f(numbers(affine) / params.rate_unit - vec3f(tau.d.x, tau.o.x, tau.o.y), number(r + RECORD_REST_VOLUME) / params.mass_unit);
-    state[at(AFFINE + 1u, i)] = vec4f(numbers(affine + 3u) / params.rate_unit - vec3f(tau.o.x, tau.d.y, tau.o.z), number(r + RECORD_STRUCTURE));
-    state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit - vec3f(tau.o.y, tau.o.z, tau.d.z), number(r + RECORD_WALLS));
+    state[at(VELOCITY, i)] = vec4f(v, bitcast<f32>(tags_of(r)));
+    state[at(AFFINE, i)] = vec4f(numbers(affine) / params.rate_unit, number(r + RECORD_REST_VOLUME) / params.mass_unit);
+    state[at(AFFINE + 1u, i)] = vec4f(numbers(affine + 3u) / params.rate_unit, number(r + RECORD_STRUCTURE));
+    state[at(AFFINE + 2u, i)] = vec4f(numbers(affine + 6u) / params.rate_unit, 0.0);
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + RECORD_HARDENING), bitcast<f32>(i));
+    state[at(STRESS, i)] = vec4f(tau.d, tau.o.x);
+    state[at(STRESS + 1u, i)] = vec4f(tau.o.yz, number(r + RECORD_WALLS), 0.0);
+    state[at(WAY, i)] = vec4f(v * min(1.0, params.travel_limit / max(length(v), 1e-30)), 0.0);
     if params.solids == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         let from_ = r + RECORD_ANCHORS + 4u * a;

@@ -10,7 +10,7 @@ fn mass(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var total = vec2u(0u);
     if slot < atomicLoad(&status.slot_count) {
         for (var n = slot * CLASSES * 64u; n < (slot + 1u) * CLASSES * 64u; n++) {
-            let m = u32(sums[n].w);
+            let m = u32(sums[2u * n].w);
             total += vec2u(m >> 16u, m & 0xffffu);
         }
     }

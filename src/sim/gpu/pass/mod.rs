@@ -44,7 +44,7 @@ passes! {
     Order = "order", false, [STATE];
     // Substep.
     Clear = "clear", false, [];
-    Averaging = "averaging", false, [STATE, LAW, TOOL, YIELD];
+    Averaging = "averaging", false, [STATE, LAW];
     Tags = "tags", true, [STATE, TOOL];
     Classes = "classes", true, [STATE, TABLE];
     Penalty = "penalty", false, [STATE, TABLE, TOOL, SPRINGS, BOOKS, ARRIVALS];

@@ -1,7 +1,19 @@
-// Mass and momentum of each class to the nodes, with the stress impulse, in fixed point: sums do not depend
-// on their order.
+// Mass and momentum of each class to the nodes, with the impulses of stress and of solid tools and without,
+// in fixed point: sums do not depend on their order.
 
-@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>;
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>; // of a node and class: momentum, mass, momentum before, unused
+
+struct Motion { velocity: vec3f, affine: mat3x3f }
+
+fn reach_of(m: Motion) -> vec3f {
+    return abs(m.velocity) + 1.5 * (abs(m.affine[0]) + abs(m.affine[1]) + abs(m.affine[2]));
+}
+
+fn add(place: u32, q: vec3f) {
+    atomicAdd(&sums[place], i32(round(q.x)));
+    atomicAdd(&sums[place + 1u], i32(round(q.y)));
+    atomicAdd(&sums[place + 2u], i32(round(q.z)));
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
@@ -10,10 +22,16 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     let velocity = state[at(VELOCITY, i)];
     let a0 = state[at(AFFINE, i)];
     let mass = a0.w;
-    let affine = mat3x3f(a0.xyz, state[at(AFFINE + 1u, i)].xyz, state[at(AFFINE + 2u, i)].xyz);
+    let before = Motion(velocity.xyz, mat3x3f(a0.xyz, state[at(AFFINE + 1u, i)].xyz, state[at(AFFINE + 2u, i)].xyz));
+    var now = before;
+    let d = state[at(STRESS, i)];
+    let o = vec3f(d.w, state[at(STRESS + 1u, i)].xy);
+    now.affine -= mat3x3f(vec3f(d.x, o.xy), vec3f(o.x, d.y, o.z), vec3f(o.yz, d.z));
+    let push = state[at(WAY, i)];
+    if push.w != 0.0 { now.velocity += push.xyz; }
     let s = stencil(state[at(POSITION, i)]);
     // The stencil reaches 1.5 cells: no node gets more momentum than mass * reach.
-    let reach = abs(velocity.xyz) + 1.5 * (abs(affine[0]) + abs(affine[1]) + abs(affine[2]));
+    let reach = max(reach_of(before), reach_of(now));
     let most = max(reach.x, max(reach.y, reach.z));
     if !is_finite(most) { halt(NON_FINITE); return; }
     if most > params.reach_limit {
@@ -29,15 +47,13 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
         if slots.x == 0u || slots.y == 0u { halt(MARGIN); return; }
         let classes = vec2u(class_in(slots.x, key), class_in(slots.y, key));
         let w = mass * (weight(s.f.x, o.x) * weight(s.f.y, o.y));
-        let along = velocity.xyz + affine[0] * (f32(o.x) - s.f.x) + affine[1] * (f32(o.y) - s.f.y);
         for (var z = 0; z < 3; z++) {
-            let place = 4u * node_place(at_z(slots, first, z), at_z(classes, first, z), first + vec3i(0, 0, z));
+            let place = 8u * node_place(at_z(slots, first, z), at_z(classes, first, z), first + vec3i(0, 0, z));
             let m = w * weight(s.f.z, z);
-            let q = (m * params.momentum_scale) * (along + affine[2] * (f32(z) - s.f.z));
-            atomicAdd(&sums[place], i32(round(q.x)));
-            atomicAdd(&sums[place + 1u], i32(round(q.y)));
-            atomicAdd(&sums[place + 2u], i32(round(q.z)));
+            let arm = vec3f(vec3i(o, z)) - s.f;
+            add(place, (m * params.momentum_scale) * (now.velocity + now.affine * arm));
             atomicAdd(&sums[place + 3u], i32(round(m * params.mass_scale)));
+            add(place + 4u, (m * params.momentum_scale) * (before.velocity + before.affine * arm));
         }
     }
 }

@@ -1,5 +1,5 @@
-// Solid tools and separating walls press on particles: what they give them goes into the velocity with which
-// they scatter. Walls that hold clay learn where it has arrived. One workgroup a block, as the particles were
+// Solid tools and separating walls press on particles: what they give them goes to the nodes beside their own
+// momentum. Walls that hold clay learn where it has arrived. One workgroup a block, as the particles were
 // sorted last.
 
 @group(0) @binding(7) var<storage, read_write> blocks: array<atomic<u32>>;
@@ -30,7 +30,7 @@ fn pressed_at(i: u32) -> Pressed {
     p.offset = position.xyz;
     p.velocity = state[at(VELOCITY, i)].xyz;
     p.mass = state[at(AFFINE, i)].w;
-    p.walls = bitcast<u32>(state[at(AFFINE + 2u, i)].w);
+    p.walls = bitcast<u32>(state[at(STRESS + 1u, i)].z);
     if params.solids == 0u { return p; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         p.before[a] = state[at(ANCHORS + a, i)];
@@ -157,7 +157,7 @@ fn penalty(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
 // The particles of a block touch nothing.
 fn let_go(h: vec4u, k: u32) {
     for (var i = h.y + k; i < h.z; i += WORKGROUP) {
-        state[at(AFFINE + 2u, i)].w = 0.0;
+        state[at(STRESS + 1u, i)].z = 0.0;
         if params.solids == 0u { continue; }
         for (var a = 0u; a < ANCHORS_MAX; a++) {
             state[at(ANCHORS + a, i)] = vec4f(0.0);
@@ -184,9 +184,8 @@ fn press_on(slot: u32, h: vec4u, i: u32, k: u32) {
         if k == 0u { impulses[books_of(slot)] += sum; }
     }
     if !is_there { return; }
-    state[at(AFFINE + 2u, i)].w = bitcast<f32>(p.walls);
-    let velocity = state[at(VELOCITY, i)];
-    state[at(VELOCITY, i)] = vec4f(velocity.xyz + p.given, velocity.w);
+    state[at(WAY, i)] = vec4f(p.given, 1.0);
+    state[at(STRESS + 1u, i)].z = bitcast<f32>(p.walls);
     if params.solids == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         state[at(ANCHORS + a, i)] = p.after[a];

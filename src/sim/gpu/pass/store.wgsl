@@ -20,7 +20,6 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     let a = state[at(STRAIN, i)];
     let b = state[at(STRAIN + 1u, i)];
     let e = Sym(a.xyz, vec3f(a.w, b.xy));
-    let tau = stress(e);
     let a0 = state[at(AFFINE, i)];
     let cell = unpack_cell(bitcast<u32>(position.w));
     let r = i * RECORD_WORDS;
@@ -31,9 +30,9 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_CELL + 2u] = u32(cell.z);
     put(r + RECORD_OFFSET, position.xyz);
     put(r + RECORD_VELOCITY, velocity.xyz * params.velocity_unit);
-    put(affine, (a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y)) * params.rate_unit);
-    put(affine + 3u, (state[at(AFFINE + 1u, i)].xyz + vec3f(tau.o.x, tau.d.y, tau.o.z)) * params.rate_unit);
-    put(affine + 6u, (state[at(AFFINE + 2u, i)].xyz + vec3f(tau.o.y, tau.o.z, tau.d.z)) * params.rate_unit);
+    put(affine, a0.xyz * params.rate_unit);
+    put(affine + 3u, state[at(AFFINE + 1u, i)].xyz * params.rate_unit);
+    put(affine + 6u, state[at(AFFINE + 2u, i)].xyz * params.rate_unit);
     put(r + RECORD_STRAIN, e.d);
     put(r + RECORD_STRAIN + 3u, e.o);
     stored[r + RECORD_HARDENING] = bitcast<u32>(b.z);
@@ -41,7 +40,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_REST_VOLUME] = records[from_ + RECORD_REST_VOLUME];
     stored[r + RECORD_ID] = records[from_ + RECORD_ID];
     stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
-    stored[r + RECORD_WALLS] = bitcast<u32>(state[at(AFFINE + 2u, i)].w);
+    stored[r + RECORD_WALLS] = bitcast<u32>(state[at(STRESS + 1u, i)].z);
     for (var anchor = 0u; anchor < ANCHORS_MAX; anchor++) {
         var words = vec4u(0u);
         // Without solid tools there is nothing to cling to.

@@ -8,7 +8,7 @@ fn support(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
     let i = invocation(group, groups, k);
     if i >= params.particle_count || is_halted() { return; }
     let cell = unpack_cell(bitcast<u32>(state[at(POSITION, i)].w));
-    let walls = bitcast<u32>(state[at(AFFINE + 2u, i)].w);
+    let walls = bitcast<u32>(state[at(STRESS + 1u, i)].z);
     let slot = slot_of(cell);
     if slot == 0u { halt(MARGIN); return; }
     let c = vec3u(cell >> vec3u(1u)) & vec3u(1u);

@@ -27,12 +27,13 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var velocity = state[at(VELOCITY, i)];
     let cell = unpack_cell(bitcast<u32>(position.w));
     let start = position.xyz;
+    let way = state[at(WAY, i)].xyz;
     var x = start;
     var packed = bitcast<u32>(velocity.w);
     for (var index = 0u; index < params.tool_count; index++) {
         let t = tool_now(index);
         if t.sheet == 0u { continue; }
-        let before = local_start(t, cell, x - velocity.xyz);
+        let before = local_start(t, cell, x - way);
         let after = local_end(t, cell, x);
         let from_ = foot_on(t, before);
         let to = foot_on(t, after);
@@ -46,7 +47,7 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         var is_behind = from_.distance < 0.0;
         if is_new && !from_.is_inside {
             // From beside the rim: did it come through the blade (`Blade::is_crossed_from_beside`)?
-            let was = 2.0 * before - local_end(t, cell, x - velocity.xyz);
+            let was = 2.0 * before - local_end(t, cell, x - way);
             let now = local_start(t, cell, x);
             is_behind = (to.distance < 0.0) != (is_crossed(t, was, now) != is_crossed(t, now, after));
         }

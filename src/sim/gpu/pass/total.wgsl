@@ -9,23 +9,22 @@ fn of_particle(i: u32) -> Total {
     let position = state[at(POSITION, i)];
     let v = state[at(VELOCITY, i)].xyz;
     let a0 = state[at(AFFINE, i)];
-    let a1 = state[at(AFFINE + 1u, i)].xyz;
-    let a2 = state[at(AFFINE + 2u, i)].xyz;
+    let c1 = state[at(AFFINE + 1u, i)].xyz;
+    let c2 = state[at(AFFINE + 2u, i)].xyz;
     let a = state[at(STRAIN, i)];
     let b = state[at(STRAIN + 1u, i)];
     let e = Sym(a.xyz, vec3f(a.w, b.xy));
     let h = hencky(e);
     let tau = stress_of(h);
-    let c0 = a0.xyz + vec3f(tau.d.x, tau.o.x, tau.o.y);
-    let c1 = a1 + vec3f(tau.o.x, tau.d.y, tau.o.z);
-    let c2 = a2 + vec3f(tau.o.y, tau.o.z, tau.d.z);
+    let c0 = a0.xyz;
     let m = a0.w;
     let x = vec3f(unpack_cell(bitcast<u32>(position.w)) - params.centre) + position.xyz;
     // A quadratic spline's inertia: sum of w (x_i - x_p)^2 = 1/4 along each axis.
     let curl = vec3f(c1.z - c2.y, c2.x - c0.z, c0.y - c1.x);
     let square = dot(v, v) + 0.25 * (dot(c0, c0) + dot(c1, c1) + dot(c2, c2));
     let ratio = 1.0 + expm1(trace(h));
-    let reach = abs(v) + 1.5 * (abs(a0.xyz) + abs(a1) + abs(a2));
+    let stressed = abs(c0 - vec3f(tau.d.x, tau.o.xy)) + abs(c1 - vec3f(tau.o.x, tau.d.y, tau.o.z)) + abs(c2 - vec3f(tau.o.yz, tau.d.z));
+    let reach = abs(v) + 1.5 * max(stressed, abs(c0) + abs(c1) + abs(c2));
     return Total(m * v, m * length(v), m * (cross(x, v) + 0.25 * curl), 0.5 * m * square,
         m * vec3f(norm2(h), trace(h) * trace(h), ratio), m, vec2f(ratio), max(reach.x, max(reach.y, reach.z)), 0.0);
 }

@@ -22,7 +22,7 @@ fn sides_at(s: Stencil, sheet: u32) -> CutSides {
             if key == 0u { break; }
             let side = side_of(key, sheet);
             if side == 0 { continue; }
-            let mass = w * f32(sums[node_place(slot, c, n)].w);
+            let mass = w * f32(sums[2u * node_place(slot, c, n)].w);
             if side > 0 {
                 m.x += mass;
                 front += mass * arm;

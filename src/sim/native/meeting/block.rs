@@ -174,7 +174,11 @@ impl<'a> Block<'a> {
         for (nodes, leader) in std::iter::once(nodes).chain(tagged).zip(&self.leader) {
             for k in 0..64 {
                 let v = self.velocity[usize::from(leader[k])][k];
-                nodes[k].0[..3].copy_from_slice(&v.as_vec3().to_array());
+                let q = &mut nodes[k].0;
+                // What the class came with is its own: no wall folds it, no field shares it.
+                let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
+                q[4..7].iter_mut().for_each(|before| *before *= inverse);
+                q[..3].copy_from_slice(&v.as_vec3().to_array());
             }
         }
         let squares = || self.velocity.iter().flatten().map(|v| v.length_squared());

@@ -39,7 +39,7 @@ pub(super) struct Classes {
 impl Classes {
     pub(super) fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
         let sum = |node: &Node| {
-            let q = node.0.map(f64::from);
+            let q = [0, 1, 2, 3].map(|i| f64::from(node.0[i]));
             Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
         };
         let sums = |nodes: &Nodes| std::array::from_fn(|k| sum(&nodes[k]));

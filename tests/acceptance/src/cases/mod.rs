@@ -120,6 +120,7 @@ pub const CASES: &[Case] = &[
     physics("blade force", 4, edge::force),
     contact_case("strips", 9, press::strip),
     contact_case("held ball", 1, press::held_ball),
+    contact_case("time steps", 3, press::time_steps),
     contact_case("squeezed ball", 1, press::directions),
     Case { is_native_only: true, ..contact_case("elastic balls", 2, press::elastic_balls) },
     contact_case("nothing inside", 4, press::nothing_inside),

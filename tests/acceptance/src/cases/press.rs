@@ -218,6 +218,47 @@ pub fn held_ball(size: Size) -> Vec<Row> {
     rows
 }
 
+/// Mean force [N] on the full ball of 4 cells from 0.7 to 1.1 cells of depth, at `speed` [m/s], by steps
+/// `refine` times as fine as the planner's.
+fn moving(speed: f64, refine: f64) -> f64 {
+    let (clay, mut mover) = quarter(4.0);
+    let mut lab = Lab::with_threads(&clay, stable_step(&clay.material) / refine, 1);
+    lab.plan.volume_averaging = VOLUME_AVERAGING;
+    let mut go = |way: f64| {
+        let steps = (way * DX / (speed * lab.plan.dt)).ceil();
+        mover.velocity = DVec3::NEG_Y * (way * DX / (steps * lab.plan.dt));
+        4.0 * lab.frame_moving(steps as u32, &mut mover).tools[0].force.y
+    };
+    go(0.05 + 0.7);
+    go(0.4)
+}
+
+/// A ball that moves or is held bears the same whatever the time step, and little more at four times the
+/// speed.
+pub fn time_steps(size: Size) -> Vec<Row> {
+    let refined: &[f64] = size.pick(&[4.0], &[4.0], &[4.0, 9.0]);
+    let held_for = size.pick(4e-3, 0.02, 0.02);
+    let speed = size.pick(0.4, 0.05, 0.05);
+    let runs: Vec<(f64, f64)> =
+        std::iter::once((1.0, 1.0)).chain(refined.iter().map(|r| (1.0, *r))).chain([(4.0, 1.0)]).collect();
+    let forces: Vec<f64> = runs.par_iter().map(|(faster, refine)| moving(faster * speed, *refine)).collect();
+    let held: Vec<f64> = runs[..runs.len() - 1].par_iter().map(|(_, refine)| braked(4.0, speed, held_for, *refine)[1]).collect();
+    let off = |found: f64, of: f64| 100.0 * (found / of - 1.0).abs();
+    let mut rows = vec![];
+    for (i, refine) in (1..).zip(refined) {
+        rows.push(Row::at_most(format!("moving ball of 4: force at dt / {refine}, off by"), off(forces[i], forces[0]), "%", 2.0));
+        rows.push(Row::at_most(format!("held ball of 4: force at dt / {refine}, off by"), off(held[i], held[0]), "%", 2.0));
+    }
+    let fast = forces[forces.len() - 1];
+    rows.push(Row::at_most(
+        "moving ball of 4: force at four times the speed, more by",
+        100.0 * (fast / forces[0] - 1.0),
+        "%",
+        3.0,
+    ));
+    rows
+}
+
 /// Force [N] on two plates that squeeze a ball of clay of 8 cells' radius along a direction `degrees` off the
 /// grid, against the travel of each.
 fn squeezed(degrees: f64, depth: f64, speed: f64) -> Curve {
