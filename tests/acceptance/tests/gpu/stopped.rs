@@ -114,6 +114,21 @@ pub(crate) fn lost_device_answers_requests() -> Result<(), Failed> {
     Ok(())
 }
 
+/// There is no room to copy the state into: told, and answered.
+pub(crate) fn state_without_room_is_answered() -> Result<(), Failed> {
+    let case = case(2);
+    let mut app = App::new(&case, Some(STATE_BYTES))?;
+    app.run(&case)?;
+    let ticket = app.ask()?;
+    assert!(!app.record(), "a copy");
+    let reason = app.reason(&case)?;
+    assert!(reason.contains("clay:readback"), "{reason}");
+    assert_lost([("copied", ticket)]);
+    // Clay that is loaded again runs again.
+    app.engine.load(&case.snapshot).map_err(|e| e.to_string())?;
+    app.run(&case)
+}
+
 /// An app that finds the engine's commands faulty stops it, and who waits for its state is answered.
 pub(crate) fn failed_link_answers_requests() -> Result<(), Failed> {
     let case = case(2);
