@@ -30,8 +30,8 @@ pub struct FramePlan {
     pub gravity: DVec3,
     /// The tools and their ways through the frame.
     pub tools: Vec<ToolPath>,
-    /// Anti-locking: the plastic strain [-] in which the ln J of particles that flow come to their cell's mean
-    /// by all but 1/e of the difference, however long it takes; 0 is plain MPM.
+    /// Anti-locking: the plastic strain [-] in which the ln J of particles that flow come to their cell's
+    /// mean by all but 1/e of the difference, however long it takes; 0 is plain MPM.
     #[serde(default)]
     pub volume_averaging: f64,
     /// How tools act on the clay: other methods than the first are there to be compared with it.

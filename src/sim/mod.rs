@@ -6,7 +6,7 @@
 //!
 //! | pass        | does                                                               | equation            |
 //! |-------------|--------------------------------------------------------------------|---------------------|
-//! | `averaging` | particles that flowed share their cell's volume ratio, now and then | -                   |
+//! | `averaging` | particles that flowed share their cell's volume ratio              | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
 //! | `penalty`   | solid tools and walls press on particles, friction by anchors      | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |

@@ -2,8 +2,8 @@
 //!
 //! A block's kernel reads the 7^3 velocities around it from one [`Tile`] and writes the sums of one class of
 //! its particles to another; both stay in the L1 cache. Eight particles at a time go through the law; gather
-//! and scatter go particle by particle with one register per node: what moves it, and what the clay came with.
-//! Velocities are in cells per substep, masses in eighths of a full cell's.
+//! and scatter go particle by particle with one register per node: what moves it, and what the clay came
+//! with. Velocities are in cells per substep, masses in eighths of a full cell's.
 //!
 //! Loops stand in `#[inline(always)]` functions: closures made inside a `#[target_feature]` function are not
 //! inlined through library code.
@@ -224,8 +224,8 @@ struct Advanced {
     update: law::Update,
 }
 
-/// A particle's motion after a substep: that of the nodes, and of what these did not see of the particle's own
-/// a share, whose way with the nodes turns the particle so that angular momentum stays.
+/// A particle's motion after a substep: that of the nodes, and of what these did not see of the particle's
+/// own a share, whose way with the nodes turns the particle so that angular momentum stays.
 #[inline(always)]
 fn transferred(step: &Step, own: &Hot, got: [&Node; 4]) -> Motion {
     let mut out = [[0.0; 4]; 4];

@@ -1,5 +1,5 @@
-//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, and, as [`Lanes`], the eight of one
-//! [`Node`].
+//! Lanes for the particle kernels: [`F8`] holds one number of 8 particles, and, as [`Lanes`], the eight of
+//! one [`Node`].
 //!
 //! `F8` is plain array arithmetic that the compiler turns into vector code; [`Wide`] is one AVX register,
 //! since the gather and scatter of a particle (27 nodes each) must stay in registers whatever the compiler

@@ -233,9 +233,9 @@ impl Solver {
         Ok(tally)
     }
 
-    /// First half of a substep from the stored velocities: a sort, averaging of volumes within a plastic strain,
-    /// if one is given, tags and scatter. Sums run in the order of the sort: a frame that begins with one has
-    /// the same bits whether its clay was loaded or was there.
+    /// First half of a substep from the stored velocities: a sort, averaging of volumes within a plastic
+    /// strain, if one is given, tags and scatter. Sums run in the order of the sort: a frame that begins with
+    /// one has the same bits whether its clay was loaded or was there.
     fn begin(&mut self, s: &ParticleStep<'_>, averaging: Option<f64>, tally: &mut Tally) {
         self.sort(tally);
         if let Some(strain) = averaging {

@@ -2,11 +2,11 @@
 //! they have flowed.
 //!
 //! Where [`volume_averaging`](super::super::frame::FramePlan::volume_averaging) `g > 0`, before substeps 8,
-//! 16, 24 .. of the frame and at its end, after [`weld`](super::weld): of each cell `floor(x)` and class, with
-//! the plastic strain `e` of each particle since the last time, in this frame, and
+//! 16, 24 .. of the frame and at its end, after [`weld`](super::weld): of each cell `floor(x)` and class,
+//! with the plastic strain `e` of each particle since the last time, in this frame, and
 //! `f = 1 - exp(-e / g)`: `ln J += f (mean - ln J)`, the mean weighted by `f` and rest volume:
-//! `b *= exp(2 (change of ln J) / 3)`. The sum of `V ln J` and every deviator stay; clay that does not flow is
-//! left alone, so that closed-form elastic answers are, and so is what a tool at rest holds.
+//! `b *= exp(2 (change of ln J) / 3)`. The sum of `V ln J` and every deviator stay; clay that does not flow
+//! is left alone, so that closed-form elastic answers are, and so is what a tool at rest holds.
 //!
 //! Why: plastic flow keeps volume, and a cell's few degrees of freedom can follow its particles' ln J only on
 //! average. What is left over has no force against it and grows into pressure noise and a strength too great

@@ -2,11 +2,12 @@
 //! once (Fei et al. 2021, ACM TOG 40:176), advection, and the clay law.
 //!
 //! `v+ = sum w v_i`, `C+ = 4 / dx^2 sum w v_i (x_i - x_p)^T dx`, each from the field of the particle's own
-//! class; `x += h v+ / dx`; the room's walls stop `x`. The yield stress of the [law](super::law), which takes
-//! `C+`, is that of the new `x`, with the tools at `t + h`, and of the hardening and the working before.
+//! class; `x += h v+ / dx`; the room's walls stop `x`. The yield stress of the [law](super::law), which
+//! takes `C+`, is that of the new `x`, with the tools at `t + h`, and of the hardening and the working
+//! before.
 //!
-//! With `v-`, `C-` gathered alike from the velocities before ([`p2g`](super::p2g)), `r = v - v-` is what nodes
-//! do not see of the particle, and a share `a` of it stays
+//! With `v-`, `C-` gathered alike from the velocities before ([`p2g`](super::p2g)), `r = v - v-` is what
+//! nodes do not see of the particle, and a share `a` of it stays
 //! ([`velocity_kept`](super::super::frame::FramePlan::velocity_kept)): `v = v+ + a r`,
 //! `C = C+ + a (C - C-) + W`, where `W y = w x y`, `w = -(2 h a / dx^2) v+ x r`: momentum `m r` that moves
 //! with `v+` takes its spin from the particle, so that angular momentum stays.

@@ -1,5 +1,5 @@
-// Anti-locking: particles of a cell and class that have flowed share their ln J by how far they have. Runs where
-// the particles have just been sorted by cell: the first of each cell does the work of all.
+// Anti-locking: particles of a cell and class that have flowed share their ln J by how far they have. Runs
+// where the particles have just been sorted by cell: the first of each cell does the work of all.
 
 fn cell_of(i: u32) -> u32 {
     return bitcast<u32>(state[at(POSITION, i)].w);
