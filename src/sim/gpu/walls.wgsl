@@ -2,17 +2,18 @@
 // block, one invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
-@group(0) @binding(8) var<storage, read> sums: array<vec4i>; // momentum and mass, momentum before: two of each node and class
+@group(0) @binding(8) var<storage, read> sums: array<vec4i>; // impulse and mass, momentum: two of each node and class
 
-struct Sums { c: array<vec4f, CLASSES> } // momentum and mass of each class
+struct Sums { c: array<vec4f, CLASSES> } // momentum with the impulse, and mass, of each class
 
 var<workgroup> exchanged: array<vec4f, 64>; // one class after the other
 
 fn own_sums(slot: u32, k: u32) -> Sums {
     var own: Sums;
     for (var c = 0u; c < CLASSES; c++) {
-        let q = sums[2u * ((slot * CLASSES + c) * 64u + k)];
-        own.c[c] = vec4f(vec3f(q.xyz) / params.momentum_scale, f32(q.w) / params.mass_scale);
+        let place = 2u * ((slot * CLASSES + c) * 64u + k);
+        let q = sums[place];
+        own.c[c] = vec4f((vec3f(sums[place + 1u].xyz) + vec3f(q.xyz)) / params.momentum_scale, f32(q.w) / params.mass_scale);
     }
     return own;
 }

@@ -200,7 +200,7 @@ impl Solver {
         let mut tools = tools_at(0);
         let averaging = |s: u32| plan.averages_before(s).then_some(plan.volume_averaging);
         let first = ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls, tools: &tools };
-        self.state.drop_plates(plan);
+        self.is_sorted &= !self.state.drop_plates(plan);
         self.state.begin_frame(&step);
         self.begin(&first, None, &mut tally);
         let mut speed = 0.0;

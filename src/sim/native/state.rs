@@ -244,12 +244,15 @@ impl State {
         state
     }
 
-    /// Drops what is left of plates that are not in the plan; the next sort makes the classes anew.
-    pub(super) fn drop_plates(&mut self, plan: &FramePlan) {
+    /// Drops what is left of plates that are not in the plan, if there is anything: then the next sort makes
+    /// the classes anew.
+    pub(super) fn drop_plates(&mut self, plan: &FramePlan) -> bool {
         let is_left = |sheet: &u8| *sheet >= PLATE_SHEET && !plan.tools.iter().any(|path| path.sheet == *sheet);
-        for sheet in self.sheets().iter().filter(is_left) {
-            self.cold.iter_mut().for_each(|cold| cut::drop(&mut cold.tags, sheet));
+        let left: Vec<u8> = self.sheets().iter().filter(is_left).collect();
+        for sheet in &left {
+            self.cold.iter_mut().for_each(|cold| cut::drop(&mut cold.tags, *sheet));
         }
+        !left.is_empty()
     }
 
     /// The sheets that particles have a side of.

@@ -210,7 +210,7 @@ pub fn impact() -> Vec<Agreement> {
     for floor in [Wall::Separate, Wall::Slip, Wall::Stick] {
         let mut s = block(IVec3::new(9, 12, 11), 0.3, floor_walls(floor), soft());
         let p = plan(&s, 0.25, 20, vec![]);
-        velocities(&mut s, |_| DVec3::new(0.004, -0.045, 0.002) * CELL / p.dt);
+        velocities(&mut s, |_| DVec3::new(0.004, -0.05, 0.002) * CELL / p.dt);
         cases.push(agreement(format!("impact {floor:?}"), s, p));
     }
     cases
@@ -430,7 +430,7 @@ pub fn recut() -> Vec<Agreement> {
 pub fn mixed() -> Case {
     let mut s = block(IVec3::new(16, 12, 16), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });
     let mut p = plan(&s, 0.25, 60, vec![]);
-    velocities(&mut s, |_| DVec3::new(0.01, -0.04, 0.02) * CELL / p.dt);
+    velocities(&mut s, |_| DVec3::new(0.01, -0.05, 0.02) * CELL / p.dt);
     let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(14.0, 13.0, 14.0);
     let blade = Tool { shape: ToolShape::Blade { half_width: 0.1, half_height: 0.1 }, contact: SEPARATE };
     let ball = Tool { shape: ToolShape::Sphere { radius: 0.04 }, contact: SEPARATE };

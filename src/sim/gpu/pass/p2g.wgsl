@@ -1,7 +1,8 @@
-// Mass and momentum of each class to the nodes, with the impulses of stress and of solid tools and without,
-// in fixed point: sums do not depend on their order.
+// Mass and momentum of each class to the nodes, and apart from it the impulses of stress, solid tools and
+// separating walls, in fixed point: sums do not depend on their order, and what nodes gain is not the
+// difference of two that were rounded by themselves.
 
-@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>; // of a node and class: momentum, mass, momentum before, unused
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>; // of a node and class: impulse, mass, momentum, unused
 
 struct Motion { velocity: vec3f, affine: mat3x3f }
 
@@ -22,16 +23,15 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     let velocity = state[at(VELOCITY, i)];
     let a0 = state[at(AFFINE, i)];
     let mass = a0.w;
-    let before = Motion(velocity.xyz, mat3x3f(a0.xyz, state[at(AFFINE + 1u, i)].xyz, state[at(AFFINE + 2u, i)].xyz));
-    var now = before;
+    let own = Motion(velocity.xyz, mat3x3f(a0.xyz, state[at(AFFINE + 1u, i)].xyz, state[at(AFFINE + 2u, i)].xyz));
     let d = state[at(STRESS, i)];
     let o = vec3f(d.w, state[at(STRESS + 1u, i)].xy);
-    now.affine -= mat3x3f(vec3f(d.x, o.xy), vec3f(o.x, d.y, o.z), vec3f(o.yz, d.z));
+    var given = Motion(vec3f(0.0), -1.0 * mat3x3f(vec3f(d.x, o.xy), vec3f(o.x, d.y, o.z), vec3f(o.yz, d.z)));
     let push = state[at(WAY, i)];
-    if push.w != 0.0 { now.velocity += push.xyz; }
+    if push.w != 0.0 { given.velocity = push.xyz; }
     let s = stencil(state[at(POSITION, i)]);
     // The stencil reaches 1.5 cells: no node gets more momentum than mass * reach.
-    let reach = max(reach_of(before), reach_of(now));
+    let reach = max(reach_of(own), reach_of(given));
     let most = max(reach.x, max(reach.y, reach.z));
     if !is_finite(most) { halt(NON_FINITE); return; }
     if most > params.reach_limit {
@@ -51,9 +51,9 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
             let place = 8u * node_place(at_z(slots, first, z), at_z(classes, first, z), first + vec3i(0, 0, z));
             let m = w * weight(s.f.z, z);
             let arm = vec3f(vec3i(o, z)) - s.f;
-            add(place, (m * params.momentum_scale) * (now.velocity + now.affine * arm));
+            add(place, (m * params.momentum_scale) * (given.velocity + given.affine * arm));
             atomicAdd(&sums[place + 3u], i32(round(m * params.mass_scale)));
-            add(place + 4u, (m * params.momentum_scale) * (before.velocity + before.affine * arm));
+            add(place + 4u, (m * params.momentum_scale) * (own.velocity + own.affine * arm));
         }
     }
 }

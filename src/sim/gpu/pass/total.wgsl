@@ -23,8 +23,8 @@ fn of_particle(i: u32) -> Total {
     let curl = vec3f(c1.z - c2.y, c2.x - c0.z, c0.y - c1.x);
     let square = dot(v, v) + 0.25 * (dot(c0, c0) + dot(c1, c1) + dot(c2, c2));
     let ratio = 1.0 + expm1(trace(h));
-    let stressed = abs(c0 - vec3f(tau.d.x, tau.o.xy)) + abs(c1 - vec3f(tau.o.x, tau.d.y, tau.o.z)) + abs(c2 - vec3f(tau.o.yz, tau.d.z));
-    let reach = abs(v) + 1.5 * max(stressed, abs(c0) + abs(c1) + abs(c2));
+    let given = abs(tau.d) + abs(tau.o.xxy) + abs(tau.o.yzz);
+    let reach = max(abs(v) + 1.5 * (abs(c0) + abs(c1) + abs(c2)), 1.5 * given);
     return Total(m * v, m * length(v), m * (cross(x, v) + 0.25 * curl), 0.5 * m * square,
         m * vec3f(norm2(h), trace(h) * trace(h), ratio), m, vec2f(ratio), max(reach.x, max(reach.y, reach.z)), 0.0);
 }
