@@ -64,13 +64,14 @@ pub fn arrival(volume: f64) -> f64 {
 /// How far the clay of a particle of rest volume `volume` [cells^3] reaches about its centre \[cells\]:
 /// what was carved from a full particle, an eighth of a cell, is a thinner slab, what is larger a cube.
 pub fn reach(volume: f64) -> f64 {
-    (2.0 * volume).min(0.5 * volume.cbrt())
+    // Where the two meet: most particles need no root.
+    if volume <= 0.125 { 2.0 * volume } else { 0.5 * volume.cbrt() }
 }
 
 /// The area [cells^2] with which a particle of rest volume `volume` [cells^3] bears: a cube's face, of what
 /// is less than a full particle in proportion to its mass, so that its spring is as fast as a full one's.
 pub fn area(volume: f64) -> f64 {
-    (2.0 * volume).min(volume.cbrt().powi(2))
+    if volume <= 0.125 { 2.0 * volume } else { volume.cbrt().powi(2) }
 }
 
 /// A particle's contact springs, in the caller's units of force and length.

@@ -48,7 +48,8 @@ impl GpuEngine {
                         node: low + IVec3::new(k as i32 / 16, k as i32 / 4 % 4, k as i32 % 4),
                         key: key_of(packed),
                         mass: m / f64::from(scales.mass) * mass_unit,
-                        momentum: DVec3::new(x + own[0], y + own[1], z + own[2]) * (mass_unit * speed_unit / f64::from(scales.momentum)),
+                        momentum: DVec3::new(x + own[0], y + own[1], z + own[2])
+                            * (mass_unit * speed_unit / f64::from(scales.momentum)),
                         velocity: DVec3::new(v[0], v[1], v[2]) * speed_unit,
                     });
                 }

@@ -59,8 +59,9 @@ struct Eight {
     hardening: F8,
 }
 
-/// How a particle moves: its velocity and the columns of h C, padded.
-type Motion = [[f32; 4]; 4];
+/// What a particle brings to nodes, per mass: its velocity and the columns of h C, in the first four numbers
+/// stressed and pressed, in the last as they are.
+type Brought = [Node; 4];
 
 impl Eight {
     /// Grid coordinate \[cells\] of particle `k` with offset `x`.
@@ -185,13 +186,12 @@ fn gather<L: Lanes>(s: &Stencil, count: usize, nodes: &Tile) -> [[Node; 8]; 4] {
     got
 }
 
-/// Adds the particles' mass and momentum to the tile: as they move `now`, stressed and pressed, and as they
-/// did `before`.
+/// Adds what the particles bring to the tile.
 #[inline(always)]
-fn scatter<L: Lanes>(s: &Stencil, count: usize, now: &[Motion; 8], before: &[Motion; 8], mass: F8, out: &mut Tile) {
+fn scatter<L: Lanes>(s: &Stencil, count: usize, brought: &[Brought; 8], mass: F8, out: &mut Tile) {
     for k in 0..count {
         let m = L::splat(mass.0[k]);
-        let row = |r: usize| L::halves(&now[k][r], &before[k][r]).times(m);
+        let row = |r: usize| L::load(&brought[k][r]).times(m);
         let (ax, ay, az) = (row(1), row(2), row(3));
         let at = |i: usize, d: usize| L::splat(i as f32 - s.f[d].0[k]);
         let w = |d: usize, i: usize| L::splat(s.weights[d][i].0[k]);
@@ -222,34 +222,6 @@ struct Advanced {
     way: [F8; 3],
     x: [F8; 3],
     update: law::Update,
-}
-
-/// A particle's motion after a substep: that of the nodes, and of what these did not see of the particle's
-/// own a share, whose way with the nodes turns the particle so that angular momentum stays.
-#[inline(always)]
-fn transferred(step: &Step, own: &Hot, got: [&Node; 4]) -> Motion {
-    let mut out = [[0.0; 4]; 4];
-    let mut unseen = [0.0; 4];
-    for r in 0..4 {
-        let (scale, own) = if r == 0 { (1.0, &own.velocity) } else { (4.0, &own.affine[r - 1]) };
-        // Four at a time: the last is nothing.
-        let own = [own[0], own[1], own[2], 0.0];
-        for d in 0..4 {
-            let kept = step.velocity_kept * (own[d] - scale * got[r].0[4 + d]);
-            out[r][d] = scale * got[r].0[d] + kept;
-            if r == 0 {
-                unseen[d] = kept;
-            }
-        }
-        out[r][3] = 0.0;
-    }
-    for d in 0..3 {
-        let (a, b) = ((d + 1) % 3, (d + 2) % 3);
-        let spin = -2.0 * (got[0].0[a] * unseen[b] - got[0].0[b] * unseen[a]);
-        out[1 + a][b] += spin;
-        out[1 + b][a] -= spin;
-    }
-    out
 }
 
 #[inline(always)]
@@ -302,25 +274,46 @@ fn multiply_stress(place: &Place<'_>, eight: &Eight, x: &[F8; 3], stress: &mut l
     }
 }
 
-/// Takes the impulse of the stress off the motion with which particles scatter, whose momentum is per mass.
+/// What a particle of velocity `v` and affine `c` brings under the stress of lane `k`. Written whole: what is
+/// pieced together in memory is slow to load as one register.
 #[inline(always)]
-fn stress(motions: &[Motion; 8], tau: &law::Sym8) -> [Motion; 8] {
-    let mut now = *motions;
-    for (k, now) in now.iter_mut().enumerate() {
-        let [xx, yy, zz, xy, xz, yz] = [tau[0].0[k], tau[1].0[k], tau[2].0[k], tau[3].0[k], tau[4].0[k], tau[5].0[k]];
-        for (row, column) in now[1..].iter_mut().zip([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) {
-            for d in 0..3 {
-                row[d] -= column[d];
-            }
-        }
-        now[0][3] = 1.0;
-    }
-    now
+fn brought(v: [f32; 3], c: [[f32; 3]; 3], tau: &law::Sym8, k: usize) -> Brought {
+    let [xx, yy, zz, xy, xz, yz] = [tau[0].0[k], tau[1].0[k], tau[2].0[k], tau[3].0[k], tau[4].0[k], tau[5].0[k]];
+    let [[cxx, cxy, cxz], [cyx, cyy, cyz], [czx, czy, czz]] = c;
+    [
+        Node([v[0], v[1], v[2], 1.0, v[0], v[1], v[2], 0.0]),
+        Node([cxx - xx, cxy - xy, cxz - xz, 0.0, cxx, cxy, cxz, 0.0]),
+        Node([cyx - xy, cyy - yy, cyz - yz, 0.0, cyx, cyy, cyz, 0.0]),
+        Node([czx - xz, czy - yz, czz - zz, 0.0, czx, czy, czz, 0.0]),
+    ]
 }
 
+/// A particle's velocity and affine after a substep: those of the nodes, and of what these did not see of its
+/// own a share, whose way with the nodes turns the particle so that angular momentum stays.
 #[inline(always)]
-fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced, got: &[[Node; 8]; 4]) -> [Motion; 8] {
-    let mut motions = [[[0.0; 4]; 4]; 8];
+fn transferred(step: &Step, own: &Hot, got: [&Node; 4]) -> ([f32; 3], [[f32; 3]; 3]) {
+    let (v, kept) = (&got[0].0, step.velocity_kept);
+    let (mut velocity, mut affine, mut unseen) = ([0.0; 3], [[0.0; 3]; 3], [0.0; 3]);
+    for d in 0..3 {
+        unseen[d] = kept * (own.velocity[d] - v[4 + d]);
+        velocity[d] = v[d] + unseen[d];
+    }
+    let [ux, uy, uz] = unseen;
+    let (sx, sy, sz) = (2.0 * (v[1] * uz - v[2] * uy), 2.0 * (v[2] * ux - v[0] * uz), 2.0 * (v[0] * uy - v[1] * ux));
+    let spin = [[0.0, sz, -sy], [-sz, 0.0, sx], [sy, -sx, 0.0]];
+    for c in 0..3 {
+        let m = &got[c + 1].0;
+        for d in 0..3 {
+            affine[c][d] = 4.0 * m[d] + kept * (own.affine[c][d] - 4.0 * m[4 + d]) - spin[c][d];
+        }
+    }
+    (velocity, affine)
+}
+
+/// Stores the particles one substep on. Returns what they bring.
+#[inline(always)]
+fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced, got: &[[Node; 8]; 4]) -> [Brought; 8] {
+    let mut out = [[Node([0.0; 8]); 4]; 8];
     if let Some(working) = step.working {
         for (k, p) in cold.iter_mut().enumerate() {
             p.structure = working.after(p.structure, new.update.plastic.0[k]);
@@ -334,27 +327,22 @@ fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced, 
             p.strain[i] = new.update.elastic_strain[i].0[k];
         }
         p.hardening += new.update.plastic.0[k];
-        let motion = transferred(step, p, [&got[0][k], &got[1][k], &got[2][k], &got[3][k]]);
-        for d in 0..3 {
-            p.velocity[d] = motion[0][d];
-            for c in 0..3 {
-                p.affine[c][d] = motion[c + 1][d];
-            }
-        }
-        motions[k] = motion;
+        let (velocity, affine) = transferred(step, p, [&got[0][k], &got[1][k], &got[2][k], &got[3][k]]);
+        out[k] = brought(velocity, affine, &new.update.stress, k);
+        (p.velocity, p.affine) = (velocity, affine);
     }
-    motions
+    out
 }
 
-/// Adds what solid tools give to the velocities with which particles scatter.
+/// Adds what solid tools and walls give to what particles bring.
 #[inline(always)]
-fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], motions: &mut [Motion; 8]) {
+fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], brought: &mut [Brought; 8]) {
     let Some(press) = press else { return };
-    for ((hot, cold), motion) in hot.iter().zip(cold).zip(motions) {
-        let own = DVec3::from_array([0, 1, 2].map(|d| f64::from(motion[0][d])));
+    for ((hot, cold), brought) in hot.iter().zip(cold).zip(brought) {
+        let own = DVec3::from_array(hot.velocity.map(f64::from));
         let given = press.on(hot, cold, own);
         for d in 0..3 {
-            motion[0][d] += given[d];
+            brought[0].0[d] += given[d];
         }
     }
 }
@@ -375,11 +363,10 @@ fn g2p2g_with<L: Lanes>(
         let eight = load(chunk, place.origin);
         let got = gather::<L>(&stencil(&eight.cell, &eight.x), eight.count, velocity);
         let new = advance(step, place, &eight, cold, &got);
-        let before = store(step, chunk, cold, &new, &got);
+        let mut brought = store(step, chunk, cold, &new, &got);
         clamped += new.update.clamped;
-        let mut now = stress(&before, &new.update.stress);
-        push(&mut press, chunk, cold, &mut now);
-        scatter::<L>(&stencil(&eight.cell, &new.x), eight.count, &now, &before, eight.mass, out);
+        push(&mut press, chunk, cold, &mut brought);
+        scatter::<L>(&stencil(&eight.cell, &new.x), eight.count, &brought, eight.mass, out);
     }
     clamped
 }
@@ -426,16 +413,12 @@ fn p2g_with<L: Lanes>(
         let eight = load(chunk, place.origin);
         let mut tau = law::stress(&step.law, &eight.strain);
         multiply_stress(place, &eight, &eight.x, &mut tau);
-        let mut before = [[[0.0; 4]; 4]; 8];
-        for (motion, p) in before.iter_mut().zip(chunk) {
-            motion[0][..3].copy_from_slice(&p.velocity);
-            for c in 0..3 {
-                motion[c + 1][..3].copy_from_slice(&p.affine[c]);
-            }
+        let mut all = [[Node([0.0; 8]); 4]; 8];
+        for (k, p) in chunk.iter().enumerate() {
+            all[k] = brought(p.velocity, p.affine, &tau, k);
         }
-        let mut now = stress(&before, &tau);
-        push(&mut press, chunk, cold, &mut now);
-        scatter::<L>(&stencil(&eight.cell, &eight.x), eight.count, &now, &before, eight.mass, out);
+        push(&mut press, chunk, cold, &mut all);
+        scatter::<L>(&stencil(&eight.cell, &eight.x), eight.count, &all, eight.mass, out);
     }
 }
 

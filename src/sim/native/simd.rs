@@ -6,9 +6,7 @@
 //! thinks of arrays.
 
 #[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::{
-    __m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu2_m128, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps,
-};
+use std::arch::x86_64::{__m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight particles' values.
@@ -71,8 +69,6 @@ pub(super) trait Lanes: Copy {
     fn splat(v: f32) -> Self;
     fn load(node: &Node) -> Self;
     fn store(self, node: &mut Node);
-    /// The first four numbers and the last four.
-    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self;
     fn plus(self, b: Self) -> Self;
     fn times(self, b: Self) -> Self;
     /// `self * b + c`.
@@ -93,11 +89,6 @@ impl Lanes for F8 {
     #[inline(always)]
     fn store(self, node: &mut Node) {
         node.0 = self.0;
-    }
-
-    #[inline(always)]
-    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self {
-        Self([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]])
     }
 
     #[inline(always)]
@@ -140,12 +131,6 @@ impl Lanes for Wide {
     fn store(self, node: &mut Node) {
         // SAFETY: as in `load`.
         unsafe { _mm256_store_ps(node.0.as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    fn halves(low: &[f32; 4], high: &[f32; 4]) -> Self {
-        // SAFETY: as in `splat`; each is 16 bytes long.
-        Self(unsafe { _mm256_loadu2_m128(high.as_ptr(), low.as_ptr()) })
     }
 
     #[inline(always)]
