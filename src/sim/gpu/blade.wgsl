@@ -71,13 +71,6 @@ fn plate_normal(t: Tool) -> vec3f {
     return vec3f(0.0, 0.0, 1.0);
 }
 
-// How far beside it a tool parts clay (`Blade::new`).
-fn band_of(t: Tool) -> f32 {
-    if t.sheet == 0u || !is_solid(t) { return BAND; }
-    let n = abs(t.end_rotation * plate_normal(t));
-    return BAND * (n.x + n.y + n.z);
-}
-
 fn plate_foot(t: Tool, q: vec3f) -> Foot {
     let n = plate_normal(t);
     return Foot(dot(q, n), n, all((abs(q) <= t.size) | (n != vec3f(0.0))));
@@ -90,6 +83,29 @@ fn foot_on(t: Tool, q: vec3f) -> Foot {
         case BENT_BLADE { return profile_foot(t, q); }
         case BOX { return plate_foot(t, q); }
         default { return Foot(NOWHERE, vec3f(0.0, 0.0, 1.0), false); }
+    }
+}
+
+// Whether a point with this foot is within the band: splines reach BAND along each axis, further across what
+// stands askew (`Blade::is_near`).
+fn is_in_band(t: Tool, foot: Foot) -> bool {
+    return foot.is_inside && abs(foot.distance) <= band_along(t, foot.normal);
+}
+
+fn band_along(t: Tool, normal: vec3f) -> f32 {
+    let n = abs(t.end_rotation * normal);
+    return BAND * (n.x + n.y + n.z);
+}
+
+// How far beside it a tool parts clay at most; the reach of a particle's nodes if it parts none.
+fn band_of(t: Tool) -> f32 {
+    if t.sheet == 0u { return BAND; }
+    switch t.shape {
+        case BLADE, POINTED_BLADE, WIRE { return band_along(t, vec3f(0.0, 0.0, 1.0)); }
+        case BOX { return band_along(t, plate_normal(t)); }
+        // Its normals are many.
+        case BENT_BLADE { return BAND * sqrt(3.0); }
+        default { return BAND; }
     }
 }
 

@@ -56,7 +56,7 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_dividers: u32, sums_: Sums)
         let tool = tool_now(t);
         if tool.sheet != sheet { continue; }
         let foot = foot_on(tool, local_end(tool, n, vec3f(0.0)));
-        if foot.is_inside && abs(foot.distance) <= band_of(tool) {
+        if is_in_band(tool, foot) {
             return Division(sheet, select(1, -1, foot.distance < 0.0), t, foot.distance, tool.end_rotation * foot.normal);
         }
     }

@@ -213,6 +213,7 @@ mod tests {
             ("is_wire", &shapes),
             ("foot_on", &dividers),
             ("is_crossed", &dividers),
+            ("band_of", &dividers),
             ("contact", &contacts),
             ("can_part", &contacts),
             ("friction_limit", &contacts),

@@ -4,15 +4,18 @@
 //! or when the blade swept over it within the substep; the side is the one it was on before, or, coming from
 //! beside the blade, the one that it came to without going through the blade. It keeps the side while it is
 //! near and after the blade has left. Sides found from the present distance alone leak 4-97 % of the
-//! particles, these 0 % (a test sweeps the blade at up to 3 cells per substep).
+//! particles, these 0 % (a test sweeps the blade at up to 3 cells per substep). The band is as wide as
+//! splines reach across the plane: within 1.5 cells at every angle, up to 3 % of the momentum of clay that
+//! leaves a blade got through in a quarter of a cell.
 
 use super::contact::CONTACT_OFFSET;
 use super::outline::{Foot, Outline};
 use super::path::{Motion, Pose};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Half the width of the band about a blade in which nodes are two-sided and particles take a side \[cells\]: a
-/// quadratic spline reaches 1.5.
+/// How far a quadratic spline reaches along each axis \[cells\]: half the width of the band about a blade
+/// along the grid in which nodes are two-sided and particles take a side. Across one that stands askew
+/// splines reach further, by the sum of its normal's components.
 pub const BAND: f64 = 1.5;
 
 /// Where a particle found behind a blade is put: this far in front of it \[cells\].
@@ -62,8 +65,8 @@ pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhe
 pub struct Blade {
     /// Its shape; a wire's is the strip that it leaves behind.
     outline: Outline,
-    /// The band's half width.
-    band: f64,
+    /// The half width of the band about a blade along the grid.
+    reach: f64,
     /// The motion of the substep; a wire's is that of its strip.
     motion: Motion,
     /// Whether it holds the clay on either side off it: a wire does not.
@@ -109,14 +112,10 @@ impl Near {
 impl Blade {
     /// The blade of `outline` in `motion`; `cell` is the width of a cell in the caller's unit.
     pub(crate) fn new(outline: Outline, motion: Motion, cell: f64) -> Self {
-        // A spline reaches 1.5 cells along each axis, which is more across a plane that stands askew. Blades
-        // put up with the rest.
-        let askew = outline.plate_normal().map_or(1.0, |normal| (motion.end.rotation * normal).abs().element_sum());
-        let band = BAND * askew * cell;
         match outline {
             Outline::Wire { half_length } => Self::wire(half_length, motion, cell),
             Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } | Outline::Plate { .. } => {
-                Self { outline, band, motion, holds: true }
+                Self { outline, reach: BAND * cell, motion, holds: true }
             }
         }
     }
@@ -131,7 +130,7 @@ impl Blade {
         let way = (motion.end.position - motion.start.position).reject_from(axis);
         let mut strip = Self {
             outline: Outline::Rectangle { half_width: half_length, half_height },
-            band: BAND * cell,
+            reach: BAND * cell,
             motion,
             holds: false,
         };
@@ -147,9 +146,25 @@ impl Blade {
         strip
     }
 
-    /// Half the width of the band about it.
+    /// Half the width of the band about it, at most.
     pub(crate) fn band(&self) -> f64 {
-        self.band
+        match self.outline {
+            // Its normals are many.
+            Outline::Strip { .. } => 3f64.sqrt() * self.reach,
+            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Plate { .. } | Outline::Wire { .. } => {
+                self.band_along(self.outline.foot(DVec3::ZERO).normal)
+            }
+        }
+    }
+
+    /// Half the width of the band where its front's normal is `normal`, in its own frame.
+    fn band_along(&self, normal: DVec3) -> f64 {
+        self.reach * (self.motion.end.rotation * normal).abs().element_sum()
+    }
+
+    /// Whether a point with this foot is within the band.
+    fn is_near(&self, foot: &Foot) -> bool {
+        foot.is_inside && foot.distance.abs() <= self.band_along(foot.normal)
     }
 
     /// Its outline and motion: those of its strip for a wire that moves.
@@ -161,8 +176,7 @@ impl Blade {
     /// `point` is in the band with its foot inside the blade, and the blade holds clay off.
     pub fn within_band(&self, point: DVec3) -> Option<(f64, DVec3)> {
         let foot = self.outline.foot(self.motion.end.to_local(point));
-        let is_near = self.holds && foot.is_inside && foot.distance.abs() <= self.band;
-        is_near.then(|| (foot.distance, self.motion.end.rotation * foot.normal))
+        (self.holds && self.is_near(&foot)).then(|| (foot.distance, self.motion.end.rotation * foot.normal))
     }
 
     /// What the substep means to a particle that stands at `point`, having come from `previous` in the
@@ -171,8 +185,7 @@ impl Blade {
     pub fn near(&self, previous: DVec3, point: DVec3) -> Near {
         let (before, after) = (self.motion.start.to_local(previous), self.motion.end.to_local(point));
         let (from, to) = (self.outline.foot(before), self.outline.foot(after));
-        let is_near = |foot: &Foot| foot.is_inside && foot.distance.abs() <= self.band;
-        let (was_near, is_near) = (is_near(&from), is_near(&to));
+        let (was_near, is_near) = (self.is_near(&from), self.is_near(&to));
         // In the blade's frame, where coordinates are linear in time up to the substep's small turn.
         let is_swept = self.holds && self.outline.is_crossed(before, after);
         let is_new = self.holds && !was_near && (is_near || is_swept);
@@ -212,6 +225,7 @@ mod tests {
     use super::super::profile::Profile;
     use super::*;
     use glam::{DQuat, DVec2};
+    use std::f64::consts::FRAC_PI_4;
 
     fn blade(from: f64, to: f64) -> Blade {
         let pose = |x| Pose { position: DVec3::new(x, 0.0, 0.0), rotation: DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2) };
@@ -243,6 +257,33 @@ mod tests {
         assert_eq!(after(5.0, 1.5), DVec3::new(5.0, 0.0, 2.0));
         let elastic = stick(DVec3::Y * 9.0, DVec3::X, DVec3::Z, 1.0, f64::INFINITY);
         assert_eq!(elastic, DVec3::X);
+    }
+
+    /// At every angle the band is as wide as the node furthest from the plane that a particle in it reaches.
+    #[test]
+    fn band_is_what_splines_reach() {
+        let profile = Profile::new(&[DVec2::new(-9.0, 0.0), DVec2::new(9.0, 0.0)]).expect("a profile");
+        let flat = Outline::Rectangle { half_width: 9.0, half_height: 9.0 };
+        let corner = DVec3::new(1.5, 1.5, 1.5);
+        for outline in
+            [flat, Outline::Plate { half_size: DVec3::new(9.0, 9.0, 0.4) }, Outline::Strip { profile, half_height: 9.0 }]
+        {
+            for [turn, tilt] in [[0.0, 0.0], [FRAC_PI_4, 0.0], [0.3, -0.7], [2.5, 0.62]] {
+                let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(tilt);
+                let pose = Pose { rotation, ..Pose::default() };
+                let blade = Blade::new(outline, Motion { start: pose, end: pose, duration: 1.0 }, 1.0);
+                let front = rotation * DVec3::Z;
+                // The corner of the spline that is furthest before the plane.
+                let reach = front.dot(corner * front.signum());
+                let is_near =
+                    |distance: f64| [1.0, -1.0].map(|side| blade.near(front * distance * side, front * distance * side).is_near);
+                assert_eq!((is_near(reach - 1e-9), is_near(reach + 1e-9)), ([true; 2], [false; 2]), "{outline:?} {turn} {tilt}");
+                assert!(blade.band() > reach - 1e-9);
+                assert!(
+                    blade.within_band(front * (reach - 1e-9)).is_some() && blade.within_band(front * (reach + 1e-9)).is_none()
+                );
+            }
+        }
     }
 
     /// A point that the blade jumps over by 3 cells keeps the side it was on.

@@ -52,14 +52,6 @@ pub(super) struct Foot {
 }
 
 impl Outline {
-    /// The normal of a plate's middle.
-    pub(super) fn plate_normal(&self) -> Option<DVec3> {
-        match *self {
-            Self::Plate { half_size } => Some(across(half_size)),
-            Self::Rectangle { .. } | Self::Triangle { .. } | Self::Strip { .. } | Self::Wire { .. } => None,
-        }
-    }
-
     /// The foot of a point of the blade's frame.
     pub(super) fn foot(&self, q: DVec3) -> Foot {
         let flat = |is_inside| Foot { distance: q.z, normal: DVec3::Z, is_inside };

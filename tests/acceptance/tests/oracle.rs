@@ -458,7 +458,10 @@ fn cut_halves_press_on_each_other() {
     }
 }
 
-/// A blade that is wider than the room sweeps a block at up to 3 cells per substep: nothing leaks through.
+/// A blade a hundredth of a cell wider than the room sweeps a block at up to 3 cells per substep: nothing
+/// leaks through. (By one exactly as wide a particle goes at half a cell per substep: flung to the wall, it
+/// stands on the blade's rim to the last bit, is beside it by rounding, and comes back behind it. At 1e-6
+/// cells wider none does.)
 #[test]
 fn swept_blade_leaks_nothing() {
     for cells_per_substep in [0.1, 0.5, 1.0, 3.0] {
@@ -467,7 +470,8 @@ fn swept_blade_leaks_nothing() {
         let steps = (16.0 / cells_per_substep) as u32;
         let plan = plan(&oracle, 0.7, steps);
         let end = 4.0 + f64::from(steps) * cells_per_substep;
-        let sweep = moving(1, blade(7.0), Contact::default(), front_along_x(), [4.0, 6.0, 6.0], [end, 6.0, 6.0], plan.duration());
+        let sweep =
+            moving(1, blade(6.01), Contact::default(), front_along_x(), [4.0, 6.0, 6.0], [end, 6.0, 6.0], plan.duration());
         let swept = oracle.run(&FramePlan { tools: vec![sweep.clone()], ..plan.clone() });
         // The blade stands: whoever it still has to put back, it does.
         let still = ToolPath::still(1, sweep.tool, sweep.pose_at(plan.duration()));

@@ -37,9 +37,8 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         let after = local_end(t, cell, x);
         let from_ = foot_on(t, before);
         let to = foot_on(t, after);
-        let band = band_of(t);
-        let was_near = from_.is_inside && abs(from_.distance) <= band;
-        let is_near = to.is_inside && abs(to.distance) <= band;
+        let was_near = is_in_band(t, from_);
+        let is_near = is_in_band(t, to);
         // A wire holds nothing off, and tags nothing twice.
         let holds = !is_wire(t);
         let at_blade = is_near || (holds && is_crossed(t, before, after));

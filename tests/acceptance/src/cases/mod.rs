@@ -124,7 +124,7 @@ pub const CASES: &[Case] = &[
     contact_case("squeezed ball", 1, press::directions),
     Case { is_native_only: true, ..contact_case("elastic balls", 2, press::elastic_balls) },
     contact_case("nothing inside", 4, press::nothing_inside),
-    contact_case("parted clay", 1, press::parted),
+    contact_case("parted clay", 3, press::parted),
     contact_case("dragged plate", 3, press::sliding),
     contact_case("step with a tool", 2, press::step_limit),
     contact_case("scaled inertia", 4, inertia::beside_a_press),

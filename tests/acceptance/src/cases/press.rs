@@ -12,7 +12,7 @@ use bevy_clay::surface::extract::extract;
 use bevy_clay::surface::field::SurfaceSettings;
 use glam::{DQuat, DVec3, IVec3};
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Travel between two samples of a force [cells].
 const SAMPLE: f64 = 0.02;
@@ -373,28 +373,60 @@ pub fn nothing_inside(size: Size) -> Vec<Row> {
     rows
 }
 
-/// What clay that leaves a plate of `thickness` [cells] at 0.05 m/s has lost of its momentum after a quarter
-/// of a cell, or given to the clay behind the plate, whichever is more [of m v]. The plate's middle is
-/// `shift` [cells] off a node.
-fn carried_through(thickness: f64, shift: f64, degrees: f64) -> f64 {
+/// What parts the two blocks of [`carried_through`].
+#[derive(Clone, Copy, Debug)]
+enum Parting {
+    /// A plate of this thickness [cells].
+    Plate(f64),
+    Blade,
+    /// What a blade leaves.
+    Cut,
+}
+
+impl Parting {
+    /// The tool, across the x axis, and half its thickness [cells].
+    fn tool(self) -> (ToolShape, DQuat, f64) {
+        match self {
+            Self::Plate(thickness) => {
+                (ToolShape::Box { half_size: DVec3::new(0.5 * thickness, 10.0, 10.0) }, DQuat::IDENTITY, 0.5 * thickness)
+            }
+            Self::Blade | Self::Cut => {
+                (ToolShape::Blade { half_width: 10.0, half_height: 10.0 }, DQuat::from_rotation_y(FRAC_PI_2), 0.0)
+            }
+        }
+    }
+}
+
+/// What clay that leaves what parts it from other clay, at 0.05 m/s, has lost of its momentum after a quarter
+/// of a cell, or given to the other, whichever is more [of m v]. The plane is `shift` [cells] off a node, its
+/// normal turned about z, then about y.
+fn carried_through(parting: Parting, shift: f64, degrees: [f64; 2]) -> f64 {
     let domain = room_with([20, 16, 16], Walls { low: [Wall::Separate; 3], high: [Wall::Separate; 3] });
-    let rotation = DQuat::from_rotation_z(degrees.to_radians());
+    let [z, y] = degrees.map(f64::to_radians);
+    let rotation = DQuat::from_rotation_y(y) * DQuat::from_rotation_z(z);
     let middle = DVec3::new(10.0 + shift, 8.0, 8.0);
+    let (shape, across, half_thickness) = parting.tool();
     let side = |p: &Particle| (rotation.inverse() * (place(p) - middle)).x;
     let mut particles = block(DVec3::new(3.0, 4.0, 4.0), IVec3::new(14, 8, 8));
-    particles.retain(|p| side(p).abs() > 0.5 * thickness + 0.25);
+    particles.retain(|p| side(p).abs() > half_thickness + 0.25);
+    let material = Preset::SoftClay.material();
+    let dt = stable_step(&material);
+    let mut tool = Mover::new(&domain, shape, Contact::default(), middle, rotation * across);
+    if let Parting::Cut = parting {
+        let mut lab = Lab::with_threads(&snapshot(domain, material, particles), dt, 1);
+        lab.frame_moving(2, &mut tool);
+        particles = lab.particles();
+    }
     let speed = 0.05;
     let mut leaving = 0.0;
     for p in particles.iter_mut().filter(|p| side(p) > 0.0) {
         p.velocity = (rotation * DVec3::X * speed).as_vec3().to_array();
         leaving += speed;
     }
-    let material = Preset::SoftClay.material();
-    let mut lab = Lab::with_threads(&snapshot(domain, material, particles), stable_step(&material), 1);
-    let shape = ToolShape::Box { half_size: DVec3::new(0.5 * thickness, 7.0, 7.0) };
-    let mut plate = Mover::new(&domain, shape, Contact::default(), middle, rotation);
-    let steps = (0.25 * DX / speed / lab.plan.dt).ceil();
-    assert!(lab.frame_moving(steps as u32, &mut plate).health.is_ok());
+    let mut lab = Lab::with_threads(&snapshot(domain, material, particles), dt, 1);
+    let steps = (0.25 * DX / speed / dt).ceil() as u32;
+    let report = if let Parting::Cut = parting { lab.frame(steps) } else { lab.frame_moving(steps, &mut tool) };
+    assert!(report.health.is_ok());
     let along = |p: &Particle| (rotation.inverse() * DVec3::from_array(p.velocity.map(f64::from))).x;
     let sums = lab.particles().iter().map(|p| (side(p) > 0.0, along(p))).fold([0.0; 2], |mut sums, (is_before, v)| {
         sums[usize::from(is_before)] += v;
@@ -403,16 +435,19 @@ fn carried_through(thickness: f64, shift: f64, degrees: f64) -> f64 {
     (sums[1] - leaving).abs().max(sums[0].abs()) / leaving
 }
 
-/// A thin plate between clay that goes and clay that stays: nothing of it gets through.
+/// A thin plate, a blade, or a cut between clay that goes and clay that stays: nothing of it gets through.
 pub fn parted(size: Size) -> Vec<Row> {
+    let plates = size.pick([1.0].as_slice(), &[1.0], &[1.0, 0.5, 0.1]);
+    let mut partings: Vec<_> = plates.iter().map(|t| (format!("plate of {t} cells"), Parting::Plate(*t))).collect();
+    partings.extend([("blade".to_string(), Parting::Blade), ("cut".to_string(), Parting::Cut)]);
     let mut rows = vec![];
-    for thickness in size.pick([1.0].as_slice(), &[1.0], &[1.0, 0.5, 0.1]) {
+    for (name, parting) in partings {
         let mut worst = 0.0f64;
-        for (shift, degrees) in [(0.0, 0.0), (0.25, 0.0), (0.5, 20.0), (0.1, 45.0)] {
-            let carried = carried_through(*thickness, shift, degrees);
+        for (shift, degrees) in [(0.0, [0.0; 2]), (0.25, [0.0; 2]), (0.5, [20.0, 0.0]), (0.1, [45.0, 0.0]), (0.3, [45.0, 35.0])] {
+            let carried = carried_through(parting, shift, degrees);
             worst = if carried.is_nan() { carried } else { worst.max(carried) };
         }
-        rows.push(Row::at_most(format!("plate of {thickness} cells: momentum that gets through"), worst, "of m v", 1e-4));
+        rows.push(Row::at_most(format!("{name}: momentum that gets through"), worst, "of m v", 1e-4));
     }
     rows
 }
