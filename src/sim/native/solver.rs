@@ -340,7 +340,8 @@ impl Solver {
         if s.cutting.has_ghosts() { ghost::speed_bound(&self.state, s.tools, s.gravity) as f32 } else { 0.0 }
     }
 
-    /// The blocks near a blade of `tools`, whose particles may take a side.
+    /// The blocks near a blade of `tools`, whose particles may take a side, and those with clay beside a plate,
+    /// which loses it where the plate has gone, however far.
     fn near_blades(&self, s: &ParticleStep<'_>, tools: &[ToolNow]) -> Vec<bool> {
         let reach = if s.cutting.has_ghosts() { ghost::REACH } else { 0.0 };
         let has_sides = match s.cutting {
@@ -350,7 +351,7 @@ impl Solver {
         let is_near = |b: &IVec3| {
             has_sides && tools.iter().any(|t| t.blade.is_some_and(|blade| t.is_near_block_by(*b, blade.band().max(reach))))
         };
-        self.state.blocks[..self.state.runs.len()].iter().map(is_near).collect()
+        self.state.blocks.iter().zip(&self.state.runs).map(|(block, run)| is_near(block) || run.is_beside_plate()).collect()
     }
 
     fn sort(&mut self, tally: &mut Tally) {

@@ -138,6 +138,11 @@ impl Run {
         self.untagged + self.tagged.iter().map(|t| t.1).sum::<usize>()
     }
 
+    /// Whether some of the clay has a side of a plate.
+    pub(super) fn is_beside_plate(&self) -> bool {
+        self.tagged.iter().any(|(key, _)| key.sides().any(|side| side.0 >= PLATE_SHEET))
+    }
+
     /// The classes, the untagged first, with their particles cut from slices of the whole run.
     pub(super) fn classes<'a>(
         &'a self,

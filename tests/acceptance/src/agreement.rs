@@ -4,7 +4,8 @@
 mod press;
 
 pub use press::{
-    assert_anchors_end_where_the_touch_does, found_tools, solid_tools, thin_plates, tools_in_a_corner, walls_in_a_corner,
+    assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
+    tools_in_a_corner, walls_in_a_corner,
 };
 
 use bevy_clay::prelude::*;

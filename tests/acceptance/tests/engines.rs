@@ -74,6 +74,11 @@ fn anchors_end_where_the_touch_does() {
 }
 
 #[test]
+fn sides_end_where_the_plate_does() {
+    agreement::assert_sides_end_where_the_plate_does(&mut NativeEngine::new());
+}
+
+#[test]
 fn blades_agree() {
     assert_all(agreement::blades());
 }

@@ -183,3 +183,29 @@ pub fn assert_anchors_end_where_the_touch_does(engine: &mut dyn Engine) {
     assert_eq!(clinging_after(&[pressing.clone(), with(away)]), 0, "{name}: away");
     assert_eq!(clinging_after(&[pressing, brief]), 0, "{name}: none");
 }
+
+/// Clay is on a side of a plate for as long as the plate is beside it: it has none where the plate has jumped
+/// away, or is in the next frame no more.
+pub fn assert_sides_end_where_the_plate_does(engine: &mut dyn Engine) {
+    let Agreement { case: Case { snapshot, plan }, name, .. } = thin_plates().swap_remove(0);
+    let (plate, end) = (plan.tools[0].clone(), plan.tools[0].samples[1].pose);
+    let brief = FramePlan { steps: 2, tools: vec![], ..plan.clone() };
+    let with = |pose: Pose| FramePlan {
+        tools: vec![ToolPath { samples: vec![PoseSample { time: 0.0, pose }], ..plate.clone() }],
+        ..brief.clone()
+    };
+    let away = Pose { position: end.position + DVec3::Y * 60.0 * CELL, ..end };
+    let mut beside_after = |after: Option<FramePlan>| {
+        engine.load(&snapshot).expect("load");
+        for plan in [Some(plan.clone()), after].into_iter().flatten() {
+            engine.submit(plan).expect("submit");
+            assert!(engine.wait().expect("report").health.is_ok(), "{name}");
+        }
+        let particles = engine.save().expect("save").particles;
+        particles.iter().filter(|p| p.tags.iter().any(|tag| tag.sheet == plate.sheet && tag.side != 0)).count()
+    };
+    let (cut, held) = (beside_after(None), beside_after(Some(with(end))));
+    assert!(cut > 10 && held > 10, "{name}: {cut}, {held}");
+    assert_eq!(beside_after(Some(with(away))), 0, "{name}: away");
+    assert_eq!(beside_after(Some(brief.clone())), 0, "{name}: none");
+}

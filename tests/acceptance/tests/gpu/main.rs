@@ -53,6 +53,11 @@ fn anchors_end_where_the_touch_does(engine: &mut GpuEngine) -> Result<(), Failed
     Ok(())
 }
 
+fn sides_end_where_the_plate_does(engine: &mut GpuEngine) -> Result<(), Failed> {
+    agreement::assert_sides_end_where_the_plate_does(engine);
+    Ok(())
+}
+
 fn given_up_frames_leave_no_trace(engine: &mut GpuEngine) -> Result<(), Failed> {
     agreement::assert_given_up_frames_leave_no_trace(engine);
     Ok(())
@@ -147,6 +152,7 @@ fn main() {
         cases("tools_in_a_corner_agree", agreement::tools_in_a_corner),
         cases("thin_plates_agree", agreement::thin_plates),
         with_engine("anchors_end_where_the_touch_does", anchors_end_where_the_touch_does),
+        with_engine("sides_end_where_the_plate_does", sides_end_where_the_plate_does),
         cases("laws_agree", agreement::laws),
         with_engine("all_laws_agree_or_are_refused", laws_agree_or_are_refused),
         with_engine("other_methods_are_refused", other_methods_are_refused),
