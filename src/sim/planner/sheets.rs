@@ -2,7 +2,8 @@
 //!
 //! A blade that leaves the clay, or is taken away, and comes back somewhere else, across its first cut
 //! perhaps, must not take the sides of that cut for its own. A plate, which leaves no cut behind, keeps its
-//! sheet.
+//! sheet until it is taken away; no other plate gets it in the next plan, so that the clay loses its sides
+//! of the one before it takes those of the other.
 
 use super::super::cut::{PLATE_SHEET, SheetSet};
 use super::super::frame::{FramePlan, FrameReport};
@@ -27,8 +28,8 @@ pub struct Sheets {
     /// Cell width \[m\].
     cell_width: f64,
     blades: Vec<BladeSheet>,
-    /// Ids of the plan's plates, and the sheet of each.
-    plates: Vec<(u32, u8)>,
+    /// Ids of the plan's plates, none of one that was taken away, and the sheet of each.
+    plates: Vec<(Option<u32>, u8)>,
     used: SheetSet,
     /// Sheets in the order in which they were last dealt.
     dealt: Vec<u8>,
@@ -124,17 +125,20 @@ impl Sheets {
         }
     }
 
-    /// Gives every plate the sheet that it has, or the first that no other plate of the plan has; the last
-    /// ones beyond that many are no plates.
+    /// Gives every plate the sheet that it has, or the first that no other plate of the plan has, if there is
+    /// one none of the plan before had either; the last ones beyond that many are no plates.
     fn deal_plates(&mut self, plan: &mut FramePlan) {
-        self.plates.retain(|plate| plan.tools.iter().any(|path| path.id == plate.0));
+        let before: Vec<u8> = self.plates.iter().map(|plate| plate.1).collect();
+        self.plates.retain(|plate| plan.tools.iter().any(|path| Some(path.id) == plate.0));
         let cell_width = self.cell_width;
         for path in plan.tools.iter_mut().filter(|path| path.tool.shape.is_plate(cell_width)) {
-            let held = self.plates.iter().find(|plate| plate.0 == path.id).map(|plate| plate.1);
+            let held = self.plates.iter().find(|plate| plate.0 == Some(path.id)).map(|plate| plate.1);
+            let all = || PLATE_SHEET..=u8::MAX;
             let is_free = |sheet: &u8| self.plates.iter().all(|plate| plate.1 != *sheet);
-            let Some(sheet) = held.or_else(|| (PLATE_SHEET..=u8::MAX).find(is_free)) else { break };
+            let new = || all().find(|sheet| is_free(sheet) && !before.contains(sheet)).or_else(|| all().find(is_free));
+            let Some(sheet) = held.or_else(new) else { continue };
             if held.is_none() {
-                self.plates.push((path.id, sheet));
+                self.plates.push((Some(path.id), sheet));
             }
             path.sheet = sheet;
         }
@@ -153,10 +157,11 @@ impl Sheets {
         self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
     }
 
-    /// The blade of this id was taken away: if there is one in the next plan, it has been put down anew.
-    /// Blades that are missing from a plan need no telling.
+    /// The blade or plate of this id was taken away: if there is one in the next plan, it has been put down
+    /// anew. Those that are missing from a plan need no telling.
     pub fn lift(&mut self, id: u32) {
         self.blades.iter_mut().filter(|blade| blade.id == id).for_each(|blade| blade.is_over = true);
+        self.plates.iter_mut().filter(|plate| plate.0 == Some(id)).for_each(|plate| plate.0 = None);
     }
 
     /// Blades that have left the clay get another sheet for their next visit.
@@ -315,8 +320,9 @@ mod tests {
         assert_eq!(run(&mut sheets, 7, &[1], &[]), [1], "all has been kneaded together");
     }
 
-    /// Boxes thinner than two cells along one edge are plates, with a sheet each that is theirs as long as
-    /// they are there; what is thick, or thin all round, is none, nor is what comes when all are dealt.
+    /// Boxes thinner than two cells along one edge are plates, with a sheet each that is theirs until they are
+    /// taken away, and nobody's in the plan after, but where there is no other; what is thick, or thin all
+    /// round, is none, nor is what comes when all are dealt.
     #[test]
     fn plates_have_sheets_of_their_own() {
         let cell_width = 0.1;
@@ -334,10 +340,18 @@ mod tests {
         let (thin, thick, rod) = (DVec3::new(0.5, 0.09, 0.5), DVec3::splat(0.1), DVec3::new(0.09, 0.5, 0.09));
         let mut sheets = Sheets { cell_width, ..Sheets::default() };
         assert_eq!(deal(&mut sheets, &[(7, thin), (8, thick), (9, rod), (4, thin)]), [240, 0, 0, 241]);
-        assert_eq!(deal(&mut sheets, &[(4, thin), (11, thin)]), [241, 240]);
+        assert_eq!(deal(&mut sheets, &[(4, thin), (11, thin)]), [241, 242], "240 was the plate's that is gone");
+        assert_eq!(deal(&mut sheets, &[(4, thin), (11, thin), (12, thin)]), [241, 242, 240]);
+        sheets.lift(11);
+        assert_eq!(deal(&mut sheets, &[(4, thin), (11, thin), (12, thin)]), [241, 243, 240]);
+        assert!(deal(&mut sheets, &[]).is_empty());
+        assert!(deal(&mut sheets, &[]).is_empty());
         let many: Vec<_> = (20..40).map(|id| (id, thin)).collect();
         let dealt = deal(&mut sheets, &many);
         assert!(dealt[..16].iter().copied().eq(240..=255) && dealt[16..] == [0; 4], "{dealt:?}");
+        let others: Vec<_> = (60..62).chain(20..40).map(|id| (id, thin)).collect();
+        assert_eq!(deal(&mut sheets, &others)[..3], [0, 0, 240], "held by those that are there");
+        assert_eq!(deal(&mut sheets, &others[..2]), [240, 241], "no other is left");
     }
 
     /// A plan in which what is no box has a plate's sheet, or plates share one, is refused.
