@@ -340,8 +340,8 @@ impl Solver {
         if s.cutting.has_ghosts() { ghost::speed_bound(&self.state, s.tools, s.gravity) as f32 } else { 0.0 }
     }
 
-    /// The blocks near a blade of `tools`, whose particles may take a side, and those with clay beside a plate,
-    /// which loses it where the plate has gone, however far.
+    /// The blocks near a blade of `tools`, whose particles may take a side, and those with clay beside a
+    /// plate, which loses it where the plate has gone, however far.
     fn near_blades(&self, s: &ParticleStep<'_>, tools: &[ToolNow]) -> Vec<bool> {
         let reach = if s.cutting.has_ghosts() { ghost::REACH } else { 0.0 };
         let has_sides = match s.cutting {

@@ -320,9 +320,9 @@ mod tests {
         assert_eq!(run(&mut sheets, 7, &[1], &[]), [1], "all has been kneaded together");
     }
 
-    /// Boxes thinner than two cells along one edge are plates, with a sheet each that is theirs until they are
-    /// taken away, and nobody's in the plan after, but where there is no other; what is thick, or thin all
-    /// round, is none, nor is what comes when all are dealt.
+    /// Boxes thinner than two cells along one edge are plates, with a sheet each that is theirs until they
+    /// are taken away, and nobody's in the plan after, but where there is no other; what is thick, or thin
+    /// all round, is none, nor is what comes when all are dealt.
     #[test]
     fn plates_have_sheets_of_their_own() {
         let cell_width = 0.1;
