@@ -10,7 +10,6 @@ pub mod edge;
 pub mod elastic;
 pub mod files;
 pub mod handout;
-pub mod hertz;
 pub mod inertia;
 pub mod input;
 pub mod law;
@@ -26,6 +25,7 @@ pub mod slump;
 pub mod stability;
 pub mod storage;
 pub mod surface;
+pub mod tatara;
 pub mod undo;
 
 use crate::lab::{EngineKind, Size};
@@ -108,7 +108,6 @@ pub const CASES: &[Case] = &[
     physics("column", 4, elastic::column),
     physics("strain paths", 8, law::paths),
     physics("cone", 0, cone::indentation),
-    native_physics("Hertz", 0, hertz::contact),
     native_physics("cavity", 1, cavity::expansion),
     native_physics("full step", 7, paths::paths),
     native_physics("manufactured solution", 3, manufactured::solution),

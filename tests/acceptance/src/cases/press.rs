@@ -512,7 +512,7 @@ pub fn step_limit(size: Size) -> Vec<Row> {
 /// A ball of `radius` [cells] of elastic clay between two plates, as an octant: greatest error of the force
 /// against Tatara's, without an offset, and the same beyond a depth of 0.375 cells.
 fn tatara_error(radius: f64) -> [f64; 2] {
-    let found = super::hertz::octant(radius);
+    let found = super::tatara::octant(radius);
     let error = |from: f64| {
         let off = found.iter().filter(|f| f[0] >= from).map(|f| (f[1] / f[2] - 1.0).abs());
         off.fold(if found.is_empty() { f64::NAN } else { 0.0 }, f64::max)

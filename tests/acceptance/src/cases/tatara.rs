@@ -1,17 +1,15 @@
-//! Hertz's contact: an elastic ball between two flat rigid plates, as an octant between slip walls.
+//! An elastic ball between two flat rigid plates, as an octant between slip walls.
 //!
 //! Hertz's half space has no end; of a ball between two plates each contact feels the other, which Tatara
 //! added (1991, "On compression of rubber elastic sphere over a large range of displacements", J. Eng. Mater.
-//! Technol. 113): at depths of 1 to 5 % of the radius the force is 6 to 12 % above Hertz's.
+//! Technol. 113): at depths of 1 to 5 % of the radius the force is 6 to 12 % above Hertz's, so that Hertz's
+//! own formula is no measure for it.
 
-use crate::lab::{DX, Lab, Mover, Size, carved, elastic, room_with, snapshot, wave_step};
-use crate::report::Row;
+use crate::lab::{DX, Lab, Mover, carved, elastic, room_with, snapshot, wave_step};
 use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3};
 use std::f64::consts::PI;
 
-/// Radius of the ball [cells].
-const RADIUS: f64 = 32.0;
 /// How far a plate is pressed in, of the radius.
 const DEPTHS: [f64; 7] = [0.0125, 0.01875, 0.025, 0.03125, 0.0375, 0.04375, 0.05];
 
@@ -77,46 +75,4 @@ fn tatara(material: &ClayMaterial, radius: f64, depth: f64) -> f64 {
         if depth_under(middle) < depth * DX { low = middle } else { high = middle }
     }
     low
-}
-
-/// Greatest difference of the forces to `exact(d + offset)`, of that.
-fn worst(forces: &[f64], exact: &dyn Fn(f64) -> f64, offset: f64) -> f64 {
-    DEPTHS.iter().zip(forces).map(|(d, f)| (f / exact(d * RADIUS + offset) - 1.0).abs()).fold(0.0, f64::max)
-}
-
-/// Offset [cells] at which that is least.
-fn fit_offset(forces: &[f64], exact: &dyn Fn(f64) -> f64) -> f64 {
-    let offsets = (-399..=1000).map(|i| f64::from(i) * 1e-3);
-    let misfit = |offset: &f64| worst(forces, exact, *offset);
-    offsets.min_by(|a, b| misfit(a).total_cmp(&misfit(b))).unwrap_or(f64::NAN)
-}
-
-/// Slope of the line through the logarithms of depth and force: no offset is fitted.
-fn exponent(forces: &[f64]) -> f64 {
-    let points: Vec<(f64, f64)> = DEPTHS.iter().zip(forces).map(|(d, f)| (d.ln(), f.ln())).collect();
-    let n = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-    let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - x) * (p.1 - y), s.1 + (p.0 - x).powi(2)));
-    xy / xx
-}
-
-/// Exponent, offset and force: against Hertz's half space, as it stands in the books, and against the ball
-/// between two plates.
-pub fn contact(size: Size) -> Vec<Row> {
-    if size != Size::Full {
-        return vec![];
-    }
-    let material = elastic(0.3);
-    let found = forces(&material, RADIUS).unwrap_or_else(|| vec![f64::NAN; DEPTHS.len()]);
-    let modulus = material.young_modulus / (1.0 - material.poisson_ratio.powi(2));
-    let hertz = |depth: f64| 4.0 / 3.0 * modulus * (RADIUS * DX).sqrt() * (depth * DX).powf(1.5);
-    let ball = |depth: f64| tatara(&material, RADIUS, depth);
-    let [to_hertz, to_ball] = [&hertz as &dyn Fn(f64) -> f64, &ball].map(|exact| (exact, fit_offset(&found, exact)));
-    vec![
-        Row::at_most("Hertz: exponent of the force, off 1.5 by", (exponent(&found) - 1.5).abs(), "-", 0.05),
-        Row::at_most("Hertz: contact offset", to_hertz.1.abs(), "cells", 0.5),
-        Row::at_most("Hertz: force", worst(&found, to_hertz.0, to_hertz.1), "relative", 0.05),
-        Row::at_most("ball between plates: contact offset", to_ball.1.abs(), "cells", 0.5),
-        Row::at_most("ball between plates: force", worst(&found, to_ball.0, to_ball.1), "relative", 0.05),
-    ]
 }
