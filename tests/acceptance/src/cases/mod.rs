@@ -111,7 +111,7 @@ pub const CASES: &[Case] = &[
     native_physics("cavity", 1, cavity::expansion),
     native_physics("full step", 7, paths::paths),
     native_physics("manufactured solution", 3, manufactured::solution),
-    physics("momentum", 13, contact::momentum),
+    physics("momentum", 14, contact::momentum),
     physics("tool offset", 2, contact::tool_offset),
     physics("punch", 7, prandtl::punch),
     physics("cut slope", 3, slump::cut_slope),

@@ -59,6 +59,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("full step", "full step: hardening stretch, force within", ""),
     exact("manufactured solution", "", "`u_i = A sin(pi X_i) sin(c pi t + phi_i)`, order 2"),
     exact("momentum", "", "Newton's third law"),
+    exact("momentum", "momentum: all tools", "Newton's third law; what a change of inertia gives is reported"),
     exact("tool offset", "", "0"),
     exact("punch", "", ""),
     compared("punch", "punch: least F", "`2 + pi`", "plain MPM 6.04 (nu .45), 6.63 (.49) in 2-D"),
