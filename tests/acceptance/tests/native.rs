@@ -105,6 +105,11 @@ fn strain_paths_follow_closed_forms() {
 }
 
 #[test]
+fn strained_bar_bears_by_the_closed_form() {
+    assert_within_limits(&elastic::finite(Size::Test));
+}
+
+#[test]
 fn every_tool_gives_back_the_momentum_it_takes() {
     assert_within_limits(&contact::momentum(Size::Test));
 }

@@ -1,9 +1,12 @@
-//! Elastic clay against closed forms: the first axial mode of a free bar, a column under its own weight.
+//! Elastic clay against closed forms: the first axial mode of a free bar, a column under its own weight, a bar
+//! held at finite strain.
 
-use crate::lab::{self, DX, Lab, Size, block, elastic, lattice, place, room, set_velocity, snapshot, wave_step};
+use crate::lab::{
+    self, DX, Lab, Mover, Size, at_walls, block, elastic, lattice, place, room, room_with, set_velocity, snapshot, wave_step,
+};
 use crate::report::Row;
 use bevy_clay::sim::prelude::*;
-use glam::{DVec3, IVec3};
+use glam::{DQuat, DVec3, IVec3};
 use std::f64::consts::PI;
 
 /// Relative frequency error and damping ratio of the first axial mode of a free bar of `cells` x 4 x 4 cells,
@@ -200,4 +203,75 @@ pub fn column(size: Size) -> Vec<Row> {
         rows.push(Row::at_least(name("stress, clamped over mirrored error"), stress, "-", 3.0));
     }
     rows
+}
+
+/// Length of the bar held at finite strain, and half its width \[cells\]: an eighth of it, by symmetry.
+const HELD: (i32, i32) = (10, 4);
+
+/// A bar whose sides are free, held at `stretch` by a plate that slides on its end.
+struct Held {
+    /// The plate's force over `-A ln(l) / l E`, l as the clay has it.
+    force: f64,
+    /// l as the clay has it, in its middle.
+    along: f64,
+    /// Stretch of the sides there over `l^-nu`.
+    across: f64,
+}
+
+/// Slope of the places along `axis` over those at rest, of the particles of a bar's middle.
+fn slope(axis: usize, start: &[Particle], now: &[Particle]) -> f64 {
+    let is_seen = |p: &Particle| place(p).x < 0.6 * f64::from(HELD.0);
+    let points: Vec<[f64; 2]> =
+        start.iter().zip(now).filter(|(a, _)| is_seen(a)).map(|(a, b)| [place(a)[axis], place(b)[axis]]).collect();
+    super::slump::line(&points).1
+}
+
+/// Holds the bar at `stretch` until it is at rest.
+fn held(stretch: f64) -> Held {
+    let (length, width) = HELD;
+    let material = elastic(0.3);
+    let walls = Walls { low: [Wall::Slip; 3], high: [Wall::Separate; 3] };
+    let domain = room_with([length + 8, 8, 8], walls);
+    let mut start = block(DVec3::ZERO, IVec3::new(length, width, width));
+    at_walls(&domain, &mut start);
+    let mut lab = Lab::new(&snapshot(domain, material, start.clone()), wave_step(&material, 0.4));
+    let wave = material.wave_speed(material.density);
+    let period = 4.0 * f64::from(length) * DX / wave;
+    // Two thirds of critical, for the bar's slowest wave.
+    lab.plan.validation.damping = 1.3 * PI * 2.0 / period;
+    // In it by what makes it touch, before it goes.
+    let at = DVec3::new(f64::from(length) + 2.0 - 1e-3, 4.0, 4.0);
+    let plate = ToolShape::Box { half_size: DVec3::new(2.0, 8.0, 8.0) };
+    let mut mover = Mover::new(&domain, plate, Contact::Slip, at, DQuat::IDENTITY);
+    let steps = (period / lab.plan.dt).ceil();
+    lab.frame_moving(10, &mut mover);
+    mover.velocity = DVec3::X * (stretch - 1.0) * f64::from(length) * DX / (3.0 * steps * lab.plan.dt);
+    lab.frame_moving(3 * steps as u32, &mut mover);
+    mover.velocity = DVec3::ZERO;
+    lab.frame_moving(3 * steps as u32, &mut mover);
+    let report = lab.frame_moving(steps as u32, &mut mover);
+    let now = lab.particles();
+    let along = slope(0, &start, &now);
+    let exact = -(f64::from(width) * DX).powi(2) * material.young_modulus * along.ln() / along;
+    let across = 0.5 * (slope(1, &start, &now) + slope(2, &start, &now)) / along.powf(-material.poisson_ratio);
+    if !report.health.is_ok() {
+        return Held { force: f64::NAN, along: f64::NAN, across: f64::NAN };
+    }
+    Held { force: report.tools[0].force.x / exact, along, across }
+}
+
+/// A bar at rest, stretched and pressed by 15 %: Hencky's law in one dimension, `F = A E ln(l) / l`, sides
+/// `l^-nu`. The stress of a particle waves there by percents, as its neighbours' places beat with the nodes;
+/// what a hand feels is the force.
+pub fn finite(_: Size) -> Vec<Row> {
+    let rows_of = |(name, stretch): (&str, f64)| {
+        let found = held(stretch);
+        let name = |what: &str| format!("bar {name} by 15 %: {what}");
+        [
+            Row::at_most(name("force off the closed form"), 100.0 * (found.force - 1.0).abs(), "%", 1.0),
+            Row::at_most(name("its sides off the closed form"), 100.0 * (found.across - 1.0).abs(), "%", 0.2),
+            Row::at_most(name("its length off the plate's way"), f64::from(HELD.0) * (found.along - stretch).abs(), "cells", 0.1),
+        ]
+    };
+    [("pressed", 0.85), ("stretched", 1.15)].into_iter().flat_map(rows_of).collect()
 }

@@ -106,6 +106,7 @@ pub const CASES: &[Case] = &[
     physics("rotation", 5, motion::rotation),
     physics("bar", 3, elastic::bar),
     physics("column", 4, elastic::column),
+    physics("finite strain", 6, elastic::finite),
     physics("strain paths", 8, law::paths),
     physics("cone", 0, cone::indentation),
     native_physics("cavity", 1, cavity::expansion),
