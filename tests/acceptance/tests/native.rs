@@ -3,7 +3,7 @@
 
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::{
-    blade, contact, elastic, input, law, methods, motion, press, published, robust, stability, storage,
+    blade, contact, elastic, input, law, methods, motion, press, published, robust, stability, storage, work,
 };
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
@@ -107,6 +107,13 @@ fn strain_paths_follow_closed_forms() {
 #[test]
 fn strained_bar_bears_by_the_closed_form() {
     assert_within_limits(&elastic::finite(Size::Test));
+}
+
+/// What the method loses is judged by `validate`, on more cells.
+#[test]
+fn tools_make_no_energy() {
+    let rows = work::tools(Size::Test).into_iter();
+    assert_within_limits(&rows.filter(|r| !r.case.contains("lost by the method")).collect::<Vec<_>>());
 }
 
 #[test]

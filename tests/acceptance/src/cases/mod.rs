@@ -27,6 +27,7 @@ pub mod storage;
 pub mod surface;
 pub mod tatara;
 pub mod undo;
+pub mod work;
 
 use crate::lab::{EngineKind, Size};
 use crate::report::Row;
@@ -117,6 +118,7 @@ pub const CASES: &[Case] = &[
     physics("punch", 7, prandtl::punch),
     physics("cut slope", 3, slump::cut_slope),
     physics("cylinder slump", 0, slump::cylinder),
+    physics("work of tools", 6, work::tools),
     physics("blade force", 4, edge::force),
     contact_case("strips", 9, press::strip),
     contact_case("held ball", 1, press::held_ball),
@@ -129,7 +131,7 @@ pub const CASES: &[Case] = &[
     contact_case("step with a tool", 2, press::step_limit),
     contact_case("scaled inertia", 4, inertia::beside_a_press),
     stability("step limit", 6, stability::step_limit),
-    stability("energy", 4, stability::energy),
+    stability("energy", 5, stability::energy),
     stability("cell crossing", 2, stability::crossing),
     stability("pressed clay", 2, stability::pressed),
     stability("separating floor", 6, contact::separating_floor),

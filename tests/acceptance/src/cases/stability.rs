@@ -1,6 +1,7 @@
 //! Stability: the longest stable step of a particle, a block and a sheet, energy over many steps, stress
 //! noise of clay that crosses cells, clay pressed to a sheet.
 
+use crate::cases::work::cut;
 use crate::lab::{
     DX, Lab, Mover, Random, Size, block, elastic, jitter, place, room, room_with, set_velocity, snapshot, stable_step, wave_step,
 };
@@ -122,7 +123,7 @@ fn growth(energies: &[f64]) -> f64 {
 }
 
 /// Bodies at the default step for 1e5 substeps: a block and a sheet that turn and ring, clay that settles on
-/// a floor.
+/// a floor, a block in two that bounces there. With tools: the case `work of tools`.
 pub fn energy(size: Size) -> Vec<Row> {
     let steps = size.pick(2000, 5000, 100_000);
     let per_frame = 97;
@@ -148,6 +149,14 @@ pub fn energy(size: Size) -> Vec<Row> {
     let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
     lab.plan.gravity = DVec3::new(0.0, -9.81, 0.0);
     rows.push(row("clay dropped on a floor", growth(&energies(&mut lab, frames, per_frame, mass * 9.81))));
+    // Elastic, so that it bounces and rings: only friction at the cut takes energy, and a cut gives none.
+    let material = ClayMaterial { weld: Weld::Off, ..elastic(0.45) };
+    let mut particles = block(DVec3::new(4.0, 0.5, 4.0), IVec3::splat(edge));
+    let middle = DVec3::new(4.0, 0.5, 4.0) + 0.5 * f64::from(edge);
+    cut(&mut particles, DVec3::new(0.3, 1.0, 0.2).normalize(), middle);
+    let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
+    lab.plan.gravity = DVec3::new(0.0, -9.81, 0.0);
+    rows.push(row("a cut elastic block dropped on a floor", growth(&energies(&mut lab, frames, per_frame, mass * 9.81))));
     rows
 }
 

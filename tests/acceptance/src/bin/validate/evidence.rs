@@ -78,6 +78,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
         "`1 - 2 t (1 - ln 2 t)`, 2 t = sY / (rho g H)",
         "discrepancies remain in print (Roussel and Coussot 2005)",
     ),
+    exact("work of tools", "", "a tool's work is in motion, strain, flow and friction"),
     exact("blade force", "blade force: slope, sticking", "`F = 2 alpha k L h`, alpha 1"),
     exact("blade force", "blade force: slope, frictionless", "`F = 2 alpha k L h`, alpha 0"),
     exact("blade force", "blade force: exponent", "1"),
