@@ -3,7 +3,7 @@
 
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::{
-    blade, contact, elastic, input, law, methods, motion, press, published, robust, stability, storage, work,
+    blade, contact, elastic, input, law, methods, motion, press, published, robust, slump, stability, storage, work,
 };
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
@@ -111,8 +111,8 @@ fn strained_bar_bears_by_the_closed_form() {
 
 /// What the method loses is judged by `validate`, on more cells.
 #[test]
-fn tools_make_no_energy() {
-    let rows = work::tools(Size::Test).into_iter();
+fn tools_and_weight_make_no_energy() {
+    let rows = work::tools(Size::Test).into_iter().chain(slump::sudden(Size::Test));
     assert_within_limits(&rows.filter(|r| !r.case.contains("lost by the method")).collect::<Vec<_>>());
 }
 

@@ -148,7 +148,8 @@ fn cuts(size: Size) -> Vec<Cut> {
     all.into_iter().take(count).map(|(offset, y, z)| Cut { offset, normal: DVec3::new(1.0, y, z).normalize() }).collect()
 }
 
-/// A closed cut carries compression as whole clay does, no tension, and shear up to friction.
+/// A cut that was never open carries small compression as whole clay does, no tension, and shear up to
+/// friction. Nothing is said of one that opened and is closed again.
 pub fn closed(size: Size) -> Vec<Row> {
     let steps = size.pick(200, 200, 600);
     let material = elastic(0.3);
@@ -175,7 +176,7 @@ pub fn closed(size: Size) -> Vec<Row> {
         shear = shear.max(sheared[1]);
     }
     let count = cuts(size).len();
-    let name = |what: &str| format!("closed cut, {count} planes: {what}");
+    let name = |what: &str| format!("cut closed from the start, 0.5 % strain, {count} planes: {what}");
     vec![
         Row::at_most(name("compression off that of whole clay"), 100.0 * compression, "%", 5.0),
         Row::at_most(name("tension, of that of whole clay"), 100.0 * tension, "%", 1.0),

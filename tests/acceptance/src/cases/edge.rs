@@ -104,7 +104,8 @@ fn exponent(points: &[[f64; 2]]) -> f64 {
 }
 
 /// A blade without thickness has no edge to bear on clay, its flanks bear the clay's shear strength:
-/// `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without friction. Rigid and plastic clay holds it as much
+/// `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without friction. The law of the blade holds the traction
+/// to k: what is judged is that it gets there, along the whole flank. Rigid and plastic clay holds it as much
 /// on its way out.
 pub fn force(size: Size) -> Vec<Row> {
     let cut = Cut::new(size);
@@ -115,7 +116,12 @@ pub fn force(size: Size) -> Vec<Row> {
     let area = |points: &[[f64; 2]]| points.iter().map(|p| p[1] * FRAME).sum::<f64>();
     let work = area(&sticking.press);
     vec![
-        Row::at_most("blade force: slope, sticking, off 2 k L by", (fit(&rough, 1.0).0 / 2.0 - 1.0).abs(), "relative", 0.1),
+        Row::at_most(
+            "blade force: slope, sticking, traction held to k, off 2 k L by",
+            (fit(&rough, 1.0).0 / 2.0 - 1.0).abs(),
+            "relative",
+            0.1,
+        ),
         Row::at_most("blade force: slope, frictionless", (fit(&smooth, 1.0).0 / 2.0).abs(), "of 2 k L", 0.1),
         Row::at_most("blade force: exponent after the intercept, sticking, off 1 by", (exponent(&rough) - 1.0).abs(), "-", 0.05),
         Row::at_least("blade force: loop area over work, sticking", (work - area(&sticking.withdraw)) / work, "-", 0.9),

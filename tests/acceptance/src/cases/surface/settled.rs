@@ -104,7 +104,12 @@ pub fn cases(size: Size) -> Vec<Row> {
     }
     let percent = |right: usize, count: usize| 100.0 * right as f64 / count as f64;
     vec![
-        Row::at_least("cuts made by a blade, deformed and settled: right bodies", percent(right, count), "%", 99.0),
+        Row::at_least(
+            "cuts of a blade that stood for a substep, mapped and settled: right bodies",
+            percent(right, count),
+            "%",
+            99.0,
+        ),
         Row::at_least("cuts that cross, the same: four bodies", percent(crossed, crossings), "%", 99.0),
         Row::at_most("settled cuts: distance between the lips, worst", gap, "cells", 0.02),
         Row::at_least("settled cuts: least number of particles at one", tagged as f64, "particles", 500.0),
