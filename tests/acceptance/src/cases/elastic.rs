@@ -1,5 +1,5 @@
-//! Elastic clay against closed forms: the first axial mode of a free bar, a column under its own weight, a bar
-//! held at finite strain.
+//! Elastic clay against closed forms: the first axial mode of a free bar, a column under its own weight, a
+//! bar held at finite strain.
 
 use crate::lab::{
     self, DX, Lab, Mover, Size, at_walls, block, elastic, lattice, place, room, room_with, set_velocity, snapshot, wave_step,

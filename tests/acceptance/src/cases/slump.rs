@@ -1,5 +1,5 @@
-//! Clay that slumps under its own weight: a vertical cut and the cylinder of a slump test, damped so that they
-//! give way as if loaded slowly; and the cylinder let go at once, as an app does it.
+//! Clay that slumps under its own weight: a vertical cut and the cylinder of a slump test, damped so that
+//! they give way as if loaded slowly; and the cylinder let go at once, as an app does it.
 
 use crate::lab::{DX, Lab, Size, at_walls, block, place, room_with, snapshot, stable_step};
 use crate::report::Row;
@@ -102,8 +102,8 @@ impl Heap {
         f64::NAN
     }
 
-    /// Lets go of a heap of clay of `strength` = k / (rho g H) as an app does: all of gravity at once, nothing
-    /// that damps, the default step and averaging, stiffness and Poisson's ratio of the preset clays.
+    /// Lets go of a heap of clay of `strength` = k / (rho g H) as an app does: all of gravity at once,
+    /// nothing that damps, the default step and averaging, stiffness and Poisson's ratio of the preset clays.
     fn let_go(&self, strength: f64) -> LetGo {
         let height = f64::from(self.height) * DX;
         let soft = Preset::SoftClay.material();

@@ -9,7 +9,7 @@ use bevy_clay::sim::prelude::*;
 use glam::{DQuat, DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Travel between two looks at the books [cells].
+/// Travel between two looks at the books \[cells\].
 const SAMPLE: f64 = 0.1;
 
 /// Energy from nowhere [% of the work]: kinetic and elastic energy stand half a substep apart, so that their
@@ -20,7 +20,7 @@ const CREATED: f64 = 0.1;
 /// What the method may take [% of the work]: as much as a tool's force may be off, of which it is a part.
 const LOST: f64 = 5.0;
 
-/// A tool's work on clay and what stands against it [J].
+/// A tool's work on clay and what stands against it \[J\].
 struct Books {
     lab: Lab,
     domain: Domain,
@@ -29,7 +29,8 @@ struct Books {
     speed: f64,
     /// What the tool has brought in, and the most of it so far.
     work: [f64; 2],
-    /// What stands in no other book, and the most of it so far: what transfer and averaging took, and friction.
+    /// What stands in no other book, and the most of it so far: what transfer and averaging took,
+    /// and friction.
     missing: [f64; 2],
     /// Greatest fall of what is missing: energy from nowhere.
     created: f64,
@@ -43,7 +44,7 @@ impl Books {
         Self { lab, domain: clay.domain, mover, speed, work: [0.0; 2], missing: [0.0; 2], created: 0.0, is_sound: true }
     }
 
-    /// The tool goes `way` [cells] along `direction`, or is held as long as it takes for that.
+    /// The tool goes `way` \[cells\] along `direction`, or is held as long as it takes for that.
     fn go(&mut self, way: f64, direction: DVec3) {
         let steps = (SAMPLE * DX / self.speed / self.lab.plan.dt).ceil();
         self.mover.velocity = direction * SAMPLE * DX / (steps * self.lab.plan.dt);
@@ -103,7 +104,7 @@ impl Books {
     }
 }
 
-/// The sides of a cut of normal `normal` through `middle` [cells], on all clay within its band.
+/// The sides of a cut of normal `normal` through `middle` \[cells\], on all clay within its band.
 pub fn cut(particles: &mut [Particle], normal: DVec3, middle: DVec3) {
     for p in particles {
         let distance = (place(p) - middle).dot(normal);
@@ -113,8 +114,8 @@ pub fn cut(particles: &mut [Particle], normal: DVec3, middle: DVec3) {
     }
 }
 
-/// A quarter of a block on a sticking floor between slip walls, and a ball of `radius` [cells] that is pressed
-/// into it by half its radius and taken out again.
+/// A quarter of a block on a sticking floor between slip walls, and a ball of `radius` \[cells\] that is
+/// pressed into it by half its radius and taken out again.
 fn ball(material: ClayMaterial, contact: Contact, is_cut: bool, [radius, speed]: [f64; 2]) -> Books {
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip, Wall::Separate, Wall::Slip] };
     let size = IVec3::new(3, 3, 3) * radius as i32 - IVec3::Y;
@@ -135,7 +136,8 @@ fn ball(material: ClayMaterial, contact: Contact, is_cut: bool, [radius, speed]:
     books
 }
 
-/// A blade without friction goes edge-first into a block, presses on one flank, then on the other, and leaves.
+/// A blade without friction goes edge-first into a block, presses on one flank, then on the other, and
+/// leaves.
 fn blade(material: ClayMaterial, speed: f64) -> Books {
     let walls = Walls { low: [Wall::Stick; 3], high: [Wall::Stick, Wall::Separate, Wall::Stick] };
     let domain = room_with([10, 14, 6], walls);
