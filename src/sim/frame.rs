@@ -99,9 +99,9 @@ impl Default for FrameOutputs {
 /// substep.
 pub const AVERAGING_INTERVAL: u32 = 8;
 
-/// How far shear waves go \[cells\] while particles forget all but 1/e of what nodes do not see of their
-/// velocities. At once, as plain APIC has it, makes a force that grows without end as the step shrinks; never
-/// leaves noise.
+/// How far shear waves go \[cells\], or the fastest tool if it is faster, while particles forget all but 1/e
+/// of what nodes do not see of their velocities. At once, as plain APIC has it, makes a force that grows
+/// without end as the step shrinks; never leaves noise.
 pub const TRANSFER_MEMORY: f64 = 1.2;
 
 impl FramePlan {
@@ -151,14 +151,16 @@ impl FramePlan {
     }
 
     /// Share [-] that substeps of `dt` \[s\] leave of what nodes do not see of the particles' velocities:
-    /// `exp(-h c_s / (1.2 dx))` with the shear waves' speed `c_s` ([`TRANSFER_MEMORY`]). None is left by the
-    /// methods of others and under the laws as published, which have the transfers of their papers.
+    /// `exp(-h c / (1.2 dx))` with the shear waves' speed or the fastest tool's ([`TRANSFER_MEMORY`]), since clay
+    /// that a tool overtakes would be flung about until frames are given up. None is left by the methods of
+    /// others and under the laws as published, which have the transfers of their papers.
     pub(super) fn velocity_kept(&self, cell_width: f64, dt: f64) -> f64 {
         if !self.cutting.keeps_cuts() || self.material.law.is_as_published() {
             return 0.0;
         }
         let shear_speed = (self.material.lame_mu() / self.inertial_density()).sqrt();
-        (-dt * shear_speed / (TRANSFER_MEMORY * cell_width)).exp()
+        let speed = self.tools.iter().map(ToolPath::speed_max).fold(shear_speed, f64::max);
+        (-dt * speed / (TRANSFER_MEMORY * cell_width)).exp()
     }
 
     /// Whether a tool of the plan parts clay.

@@ -186,7 +186,6 @@ fn main() {
         ("limits_are_named", Box::new(robust::limits_are_named)),
         ("lost_device_is_told", Box::new(robust::lost_device_is_told)),
         ("lost_device_answers_requests", Box::new(stopped::lost_device_answers_requests)),
-        ("state_without_room_is_answered", Box::new(stopped::state_without_room_is_answered)),
         ("failed_link_answers_requests", Box::new(stopped::failed_link_answers_requests)),
         ("search_for_a_device_is_silent", Box::new(robust::search_for_a_device_is_silent)),
     ];

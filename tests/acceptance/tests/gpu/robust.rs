@@ -150,8 +150,8 @@ pub(crate) fn limits_are_named() -> Result<(), Failed> {
     let device = GpuDevice { device, queue, info: adapter.get_info() };
     let mut engine = GpuEngine::new(device).map_err(|e| e.to_string())?;
     let large = agreement::block(IVec3::new(8, 8, 8), 1.0, Walls::default(), agreement::soft());
-    let error = engine.load(&large).expect_err("623 kB of particles").to_string();
-    assert!(error.contains("max_storage_buffer_binding_size is 262144") && error.contains("1724 particles at most"), "{error}");
+    let error = engine.load(&large).expect_err("786 kB of particles").to_string();
+    assert!(error.contains("max_storage_buffer_binding_size is 262144") && error.contains("1365 particles at most"), "{error}");
     let case = block(2);
     assert!(run(&mut engine, &case)?.health.is_ok());
     Ok(())

@@ -7,9 +7,6 @@ use clay_acceptance::agreement::{self, Case};
 use glam::IVec3;
 use libtest_mimic::Failed;
 
-/// Bytes of the state of the clay of [`case`].
-const STATE_BYTES: u64 = 4096 * 152;
-
 fn case(steps: u32) -> Case {
     let s = agreement::block(IVec3::new(8, 8, 8), 1.0, Walls::default(), agreement::soft());
     let plan = FramePlan { outputs: FrameOutputs::NOTHING, ..agreement::plan(&s, 0.25, steps, vec![]) };
@@ -24,15 +21,12 @@ struct App {
 }
 
 impl App {
-    /// With the clay loaded; `room` is the device's greatest buffer [bytes], if less than it has.
-    fn new(case: &Case, room: Option<u64>) -> Result<Self, Failed> {
+    /// With the clay loaded.
+    fn new(case: &Case) -> Result<Self, Failed> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
         let options = wgpu::RequestAdapterOptions::default();
         let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|e| e.to_string())?;
-        let limits = adapter.limits();
-        let max_buffer_size = room.unwrap_or(limits.max_buffer_size);
-        let required_limits = wgpu::Limits { max_buffer_size, ..limits };
-        let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| e.to_string())?;
         let device = GpuDevice { device, queue, info: adapter.get_info() };
         let (mut engine, link) = GpuEngine::linked(device.clone()).map_err(|e| e.to_string())?;
@@ -60,20 +54,6 @@ impl App {
         self.engine.request_state().map_err(|e| e.to_string().into())
     }
 
-    /// Runs a frame.
-    fn run(&mut self, case: &Case) -> Result<(), Failed> {
-        self.submit(case)?;
-        // As often as it takes: frames are run again for more room.
-        for _ in 0..20 {
-            self.record();
-            self.device.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
-            if self.engine.poll().map_err(|e| e.to_string())?.is_some() {
-                return Ok(());
-            }
-        }
-        Err("no report".into())
-    }
-
     /// Why the engine has stopped: the same at every call. Who asks for its state only now is answered too.
     fn reason(&mut self, case: &Case) -> Result<String, Failed> {
         let reason = self.engine.poll().expect_err("a reason").to_string();
@@ -96,7 +76,7 @@ fn assert_lost<const N: usize>(tickets: [(&str, StateTicket); N]) {
 /// end of a frame that has begun, behind frames, not taken up yet.
 pub(crate) fn lost_device_answers_requests() -> Result<(), Failed> {
     let case = case(20);
-    let mut app = App::new(&case, None)?;
+    let mut app = App::new(&case)?;
     let mut encoder = app.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     app.submit(&case)?;
     let copied = app.ask()?;
@@ -114,25 +94,10 @@ pub(crate) fn lost_device_answers_requests() -> Result<(), Failed> {
     Ok(())
 }
 
-/// There is no room to copy the state into: told, and answered.
-pub(crate) fn state_without_room_is_answered() -> Result<(), Failed> {
-    let case = case(2);
-    let mut app = App::new(&case, Some(STATE_BYTES))?;
-    app.run(&case)?;
-    let ticket = app.ask()?;
-    assert!(!app.record(), "a copy");
-    let reason = app.reason(&case)?;
-    assert!(reason.contains("clay:readback"), "{reason}");
-    assert_lost([("copied", ticket)]);
-    // Clay that is loaded again runs again.
-    app.engine.load(&case.snapshot).map_err(|e| e.to_string())?;
-    app.run(&case)
-}
-
 /// An app that finds the engine's commands faulty stops it, and who waits for its state is answered.
 pub(crate) fn failed_link_answers_requests() -> Result<(), Failed> {
     let case = case(2);
-    let mut app = App::new(&case, None)?;
+    let mut app = App::new(&case)?;
     app.submit(&case)?;
     let ticket = app.ask()?;
     app.link.fail(EngineError::Stopped("commands refused".into()));
