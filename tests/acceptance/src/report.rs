@@ -124,9 +124,9 @@ pub enum Verdict<'a> {
     Fail(&'static str),
 }
 
-/// Judges a row against the list.
-pub fn judge<'a>(row: &Row, known: &'a [KnownMiss]) -> Verdict<'a> {
-    let listed = known.iter().find(|k| k.case == row.case);
+/// Judges a row of a run of this size against the list.
+pub fn judge<'a>(row: &Row, size: Size, known: &'a [KnownMiss]) -> Verdict<'a> {
+    let listed = known.iter().find(|k| k.case == row.case && k.sizes.contains(&size));
     match (row.ok, listed) {
         _ if row.bound == Bound::None => Verdict::Figure,
         (true, None) => Verdict::Pass,
@@ -176,35 +176,42 @@ mod tests {
 
     #[test]
     fn unlisted_rows_pass_or_fail_by_their_limit() {
-        assert_eq!(judge(&Row::at_most("fall", 1e-6, "-", 1e-5), &known()), Verdict::Pass);
-        assert!(matches!(judge(&Row::at_most("fall", 1e-4, "-", 1e-5), &known()), Verdict::Fail(_)));
-        assert!(matches!(judge(&Row::at_least("other order", 1.7, "-", 1.8), &known()), Verdict::Fail(_)));
+        assert_eq!(judge(&Row::at_most("fall", 1e-6, "-", 1e-5), Size::Full, &known()), Verdict::Pass);
+        assert!(matches!(judge(&Row::at_most("fall", 1e-4, "-", 1e-5), Size::Full, &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_least("other order", 1.7, "-", 1.8), Size::Full, &known()), Verdict::Fail(_)));
     }
 
     /// A figure without a limit is none that could miss it.
     #[test]
     fn figures_are_not_judged() {
         let row = Row::figure("offset", f64::NAN, "cells");
-        assert_eq!(judge(&row, &known()), Verdict::Figure);
+        assert_eq!(judge(&row, Size::Full, &known()), Verdict::Figure);
         assert!(serde_json::to_string(&row).expect("a row").contains(r#""limit":null,"bound":"none""#));
     }
 
     #[test]
     fn listed_miss_is_let_through_until_it_is_a_tenth_worse() {
-        assert_eq!(judge(&Row::at_most("offset", 0.87, "cells", 0.5), &known()), Verdict::Miss("nodes reach far"));
-        assert!(matches!(judge(&Row::at_most("offset", 0.89, "cells", 0.5), &known()), Verdict::Fail(_)));
-        assert_eq!(judge(&Row::at_least("order", 1.36, "-", 1.8), &known()), Verdict::Miss("f32"));
-        assert!(matches!(judge(&Row::at_least("order", 1.34, "-", 1.8), &known()), Verdict::Fail(_)));
+        assert_eq!(judge(&Row::at_most("offset", 0.87, "cells", 0.5), Size::Full, &known()), Verdict::Miss("nodes reach far"));
+        assert!(matches!(judge(&Row::at_most("offset", 0.89, "cells", 0.5), Size::Full, &known()), Verdict::Fail(_)));
+        assert_eq!(judge(&Row::at_least("order", 1.36, "-", 1.8), Size::Full, &known()), Verdict::Miss("f32"));
+        assert!(matches!(judge(&Row::at_least("order", 1.34, "-", 1.8), Size::Full, &known()), Verdict::Fail(_)));
+    }
+
+    /// What is listed for one size says nothing of another.
+    #[test]
+    fn listed_miss_is_one_of_its_sizes() {
+        assert_eq!(judge(&Row::at_least("order", 1.9, "-", 1.8), Size::Quick, &known()), Verdict::Pass);
+        assert!(matches!(judge(&Row::at_least("order", 1.5, "-", 1.8), Size::Quick, &known()), Verdict::Fail(_)));
     }
 
     #[test]
     fn listed_miss_that_passes_fails_the_run() {
-        assert!(matches!(judge(&Row::at_most("offset", 0.4, "cells", 0.5), &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_most("offset", 0.4, "cells", 0.5), Size::Full, &known()), Verdict::Fail(_)));
     }
 
     #[test]
     fn listed_miss_with_another_limit_fails_the_run() {
-        assert!(matches!(judge(&Row::at_most("offset", 0.8, "cells", 0.6), &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_most("offset", 0.8, "cells", 0.6), Size::Full, &known()), Verdict::Fail(_)));
     }
 
     /// A miss whose row is gone is told by the runs that had the row, and by no others.
@@ -231,7 +238,7 @@ mod tests {
     /// A value that could not be measured is neither a pass nor a known miss.
     #[test]
     fn nan_fails_the_run() {
-        assert!(matches!(judge(&Row::at_most("fall", f64::NAN, "-", 1.0), &known()), Verdict::Fail(_)));
-        assert!(matches!(judge(&Row::at_most("offset", f64::NAN, "cells", 0.5), &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_most("fall", f64::NAN, "-", 1.0), Size::Full, &known()), Verdict::Fail(_)));
+        assert!(matches!(judge(&Row::at_most("offset", f64::NAN, "cells", 0.5), Size::Full, &known()), Verdict::Fail(_)));
     }
 }

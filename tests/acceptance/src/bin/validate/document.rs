@@ -24,7 +24,7 @@ fn summary(records: &[Record], known: &[KnownMiss]) -> String {
             let _ = writeln!(text, "{}", line(case.name, &shown));
         }
         for record in shown {
-            match judge(&record.row, known) {
+            match judge(&record.row, record.run.size, known) {
                 Verdict::Pass | Verdict::Figure => {}
                 Verdict::Miss(reason) => writeln!(misses, "- {}: {reason}", against_limit(&record.row)).expect("text"),
                 Verdict::Fail(reason) => writeln!(misses, "- **fails**: {}: {reason}", against_limit(&record.row)).expect("text"),

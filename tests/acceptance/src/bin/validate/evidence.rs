@@ -87,6 +87,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("strips", "", "1"),
     exact("strips", "strips: F / (B k)", "`2 + pi`"),
     exact("held ball", "", "an inviscid force stays: 1"),
+    exact("time steps", "", "no effect: 0"),
     exact("squeezed ball", "", "0"),
     exact("elastic balls", "", "`d = (F / (4/3 E* sqrt(R)))^(2/3) - F f(a) / (pi E)`: with the far plate's share (Tatara 1991)"),
     exact("nothing inside", "", "0"),

@@ -107,7 +107,7 @@ fn run_case(case: &Case, args: &Args, known: &[KnownMiss]) -> (Vec<Row>, bool) {
         .unwrap_or_else(|_| vec![Row::at_most(format!("{}: ran to its end", case.name), f64::NAN, "-", 0.0)]);
     let mut is_passed = true;
     for row in &rows {
-        is_passed &= print_row(row, known);
+        is_passed &= print_row(row, args.size(), known);
     }
     let gone = unmet(known, case.name, args.size(), &rows);
     let gone = gone.iter().map(|miss| format!("{}: is no row any more: take it off docs/known_misses.ron", miss.case));
@@ -120,8 +120,8 @@ fn run_case(case: &Case, args: &Args, known: &[KnownMiss]) -> (Vec<Row>, bool) {
 }
 
 /// Prints a row with its verdict; false if the row fails the run.
-fn print_row(row: &Row, known: &[KnownMiss]) -> bool {
-    let verdict = judge(row, known);
+fn print_row(row: &Row, size: Size, known: &[KnownMiss]) -> bool {
+    let verdict = judge(row, size, known);
     let text = match verdict {
         Verdict::Pass => "ok".to_owned(),
         Verdict::Figure => "measured".to_owned(),
