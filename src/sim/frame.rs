@@ -151,9 +151,9 @@ impl FramePlan {
     }
 
     /// Share [-] that substeps of `dt` \[s\] leave of what nodes do not see of the particles' velocities:
-    /// `exp(-h c / (1.2 dx))` with the shear waves' speed or the fastest tool's ([`TRANSFER_MEMORY`]), since clay
-    /// that a tool overtakes would be flung about until frames are given up. None is left by the methods of
-    /// others and under the laws as published, which have the transfers of their papers.
+    /// `exp(-h c / (1.2 dx))` with the shear waves' speed or the fastest tool's ([`TRANSFER_MEMORY`]): clay
+    /// that a tool overtakes would be flung about. None is left by the methods of others and under the laws
+    /// as published, which have the transfers of their papers.
     pub(super) fn velocity_kept(&self, cell_width: f64, dt: f64) -> f64 {
         if !self.cutting.keeps_cuts() || self.material.law.is_as_published() {
             return 0.0;

@@ -3,7 +3,7 @@
 
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::{
-    blade, contact, elastic, input, law, methods, motion, press, published, robust, slump, stability, storage, work,
+    blade, contact, elastic, input, law, methods, motion, press, published, robust, slide, slump, stability, storage, strip, work,
 };
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
@@ -156,7 +156,7 @@ fn one_and_two_threads_give_the_same_bits() {
 /// A strip's force has no steps, whatever its contact.
 #[test]
 fn pressed_strips_bear_evenly() {
-    assert_within_limits(&press::strip(Size::Test));
+    assert_within_limits(&strip::forces(Size::Test));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn nothing_is_inside_fast_tools() {
 
 #[test]
 fn dragged_plate_feels_its_friction() {
-    assert_within_limits(&press::sliding(Size::Test));
+    assert_within_limits(&slide::sliding(Size::Test));
 }
 
 /// An engine on one or two cores, in turns.

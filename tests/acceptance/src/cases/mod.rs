@@ -21,9 +21,11 @@ pub mod prandtl;
 pub mod press;
 pub mod published;
 pub mod robust;
+pub mod slide;
 pub mod slump;
 pub mod stability;
 pub mod storage;
+pub mod strip;
 pub mod surface;
 pub mod tatara;
 pub mod undo;
@@ -121,14 +123,14 @@ pub const CASES: &[Case] = &[
     physics("sudden slump", 4, slump::sudden),
     physics("blade force", 4, edge::force),
     physics("work of tools", 6, work::tools),
-    contact_case("strips", 9, press::strip),
+    contact_case("strips", 9, strip::forces),
     contact_case("held ball", 1, press::held_ball),
     contact_case("time steps", 3, press::time_steps),
     contact_case("squeezed ball", 1, press::directions),
     Case { is_native_only: true, ..contact_case("elastic balls", 2, press::elastic_balls) },
     contact_case("nothing inside", 4, press::nothing_inside),
     contact_case("parted clay", 3, press::parted),
-    contact_case("dragged plate", 3, press::sliding),
+    contact_case("dragged plate", 3, slide::sliding),
     contact_case("step with a tool", 2, press::step_limit),
     contact_case("scaled inertia", 4, inertia::beside_a_press),
     stability("step limit", 6, stability::step_limit),
