@@ -4,8 +4,8 @@
 //! `x - h v+ / dx` by the [`g2p`](super::g2p) before (in a frame's first substep by `h v / dx`,
 //! [`TRAVEL_LIMIT`](super::super::limits::TRAVEL_LIMIT) at most), for which
 //! [`Near::takes`](super::super::tool::Near::takes) names a side gets the tag (sheet, side): in the slot that
-//! has the sheet already, else in slot 0, whose tag moves to slot 1; what stood there is given up, and counted
-//! if it was a side of a third cut. Then a particle with a tag of this sheet that
+//! has the sheet already, else in slot 0, whose tag moves to slot 1; what stood there is given up, and
+//! counted if it was a side of a third cut. Then a particle with a tag of this sheet that
 //! [`Near::is_behind`](super::super::tool::Near::is_behind) is put back along the normal to `side * 1e-3`
 //! cells from the plane, and counted: the sweep counts, because a blade at 3 cells per substep leaves its
 //! band behind it.
