@@ -130,7 +130,7 @@ pub const CASES: &[Case] = &[
     Case { is_native_only: true, ..contact_case("elastic balls", 2, press::elastic_balls) },
     contact_case("nothing inside", 4, press::nothing_inside),
     contact_case("parted clay", 3, press::parted),
-    contact_case("dragged plate", 3, slide::sliding),
+    contact_case("dragged plate", 4, slide::sliding),
     contact_case("step with a tool", 2, press::step_limit),
     contact_case("scaled inertia", 4, inertia::beside_a_press),
     stability("step limit", 6, stability::step_limit),

@@ -46,15 +46,15 @@ fn dragged(mu: f64, damping: f64) -> f64 {
 
 /// What a plate feels along over what it feels across is the friction.
 ///
-/// From rest: a plate at full speed at once sets a block swinging, which nothing damps. With much friction a
-/// block must be damped besides. Its slide is steady, but not stable: modes across and along feed each other
+/// From rest: a plate at full speed at once sets a block swinging, which nothing damps. With much friction
+/// that of a block that is not damped is steady, but not stable: modes across and along feed each other
 /// through Coulomb friction, whatever the stiffness of the contact (flutter; of this block in finite elements
 /// with friction 0.6, a rigid contact and no damping, by 0.06 c_s / dx). It ends in waves of stick and slip,
 /// under which the plate feels less than the friction, as between elastic half-spaces (Adams 1998, J. Appl.
 /// Mech. 65:470) and under layers (Yastrebov 2016, arXiv 1507.07334).
 pub fn sliding(size: Size) -> Vec<Row> {
-    let cases: &[(f64, f64)] =
-        size.pick(&[(0.3, 0.0)], &[(0.1, 0.0), (0.3, 0.0), (0.6, 0.3)], &[(0.1, 0.0), (0.3, 0.0), (0.6, 0.3)]);
+    let all: &[(f64, f64)] = &[(0.1, 0.0), (0.3, 0.0), (0.6, 0.0), (0.6, 0.3)];
+    let cases = size.pick(&all[1..2], all, all);
     let row = |(mu, damping): &(f64, f64)| {
         let damped = if *damping > 0.0 { ", damped" } else { "" };
         Row::at_most(
