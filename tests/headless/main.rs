@@ -331,7 +331,7 @@ fn crushed_clay_is_a_fault() {
         desk.run(&format!("{}, gravity: (0, -{gravity}, 0), material: {values}", BLOCK.replace("0.05", "0.2")))
     };
     let volume = "check failed: the surface encloses ";
-    clay(1700.0, 1e3, 700.0).ends(1, &[volume]);
+    clay(1700.0, 1e3, 1500.0).ends(1, &[volume]);
     let summary = desk.summary();
     assert!(summary["J"][0].as_f64().is_some_and(|least| least < 0.01), "{summary}");
     assert_eq!((&summary["surface"]["volume_error_max"], &summary["exit_status"]), (&0.3.into(), &1.into()));
