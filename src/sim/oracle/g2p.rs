@@ -28,6 +28,7 @@ use glam::{DMat3, DVec3};
 pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundings, frame: &mut FrameReport) {
     let dt = around.plan.dt;
     let cell_width = around.domain.cell_width;
+    let kept = around.plan.velocity_kept(cell_width, dt);
     for particle in particles {
         let (after, before) = seen(particle, grid, around, frame);
         particle.way = after.velocity * (dt / cell_width);
@@ -42,7 +43,6 @@ pub(super) fn gather(particles: &mut [Particle], grid: &Grid, around: &Surroundi
         particle.structure = material.structure_after(particle.structure, update.plastic_strain, dt);
         frame.clamped += u64::from(update.is_clamped);
 
-        let kept = around.plan.velocity_kept(cell_width, dt);
         let unseen = kept * (particle.velocity - before.velocity);
         let spin = after.velocity.cross(unseen) * (-2.0 * dt / (cell_width * cell_width));
         let turning = DMat3::from_cols(spin.cross(DVec3::X), spin.cross(DVec3::Y), spin.cross(DVec3::Z));
