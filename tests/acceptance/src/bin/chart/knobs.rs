@@ -25,7 +25,7 @@ pub(crate) struct Setting {
     pub(crate) fraction: f64,
     /// Whether walls are clamped in place of reflecting.
     pub(crate) clamped_walls: bool,
-    /// Share of volume averaging per substep [-].
+    /// Plastic strain within which volumes are averaged [-]; 0 for none.
     pub(crate) volume_averaging: f64,
 }
 
@@ -143,7 +143,7 @@ mod tests {
     /// their cells too.
     #[test]
     fn points_turn_one_knob_at_a_time() {
-        let points = points(16, &[8, 16, 32], &[16, 32], &[0.0, 0.1, 0.3]);
+        let points = points(16, &[8, 16, 32], &[16, 32], &[0.0, 5e-5, 5e-3]);
         let base = points[0].setting;
         assert_eq!((points[0].knob, points[0].label()), (Knob::Default, "16 cells".to_owned()));
         assert_eq!(points.iter().filter(|p| p.setting == base).count(), 1);
@@ -160,7 +160,7 @@ mod tests {
             assert_eq!(back, base, "{p:?}");
         }
         let labels: Vec<String> = points.iter().map(Point::label).collect();
-        for label in ["32 cells", "27 per cell", "step 0.95", "clamped 32", "averaging 0.3"] {
+        for label in ["32 cells", "27 per cell", "step 0.95", "clamped 32", "averaging 0.005"] {
             assert!(labels.iter().any(|l| l == label), "{label} in {labels:?}");
         }
     }

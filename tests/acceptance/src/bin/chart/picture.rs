@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// Size of a panel with its axes [pixels].
 const PANEL: (i32, i32) = (520, 520);
 /// Room about a panel's frame for title and axes: left, top, right, bottom [pixels].
-const MARGIN: (i32, i32, i32, i32) = (78, 44, 14, 62);
+const MARGIN: (i32, i32, i32, i32) = (78, 44, 32, 62);
 /// Height of the legend and the provenance under the panels [pixels].
 const FOOT: i32 = 92;
 const INK: RGBColor = RGBColor(40, 40, 40);

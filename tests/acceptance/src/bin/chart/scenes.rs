@@ -84,8 +84,8 @@ fn column_points(effort: Effort) -> Vec<Point> {
     let default = 16;
     match effort {
         Effort::Smoke => points(8, &[8], &[], &[]).into_iter().filter(|p| p.knob != Knob::Step).collect(),
-        Effort::Quick => points(default, &[8, 24, 32], &[8, 16, 32], &[0.1]),
-        Effort::Full => points(default, &[8, 24, 32, 48, 64], &[8, 16, 32, 48], &[0.1, 0.3]),
+        Effort::Quick => points(default, &[8, 24, 32], &[8, 16, 32], &[5e-3]),
+        Effort::Full => points(default, &[8, 24, 32, 48, 64], &[8, 16, 32, 48], &[5e-5, 5e-3]),
     }
 }
 
@@ -118,8 +118,8 @@ fn punch_points(effort: Effort) -> Vec<Point> {
         Effort::Smoke => {
             points(4, &[], &[], &[]).into_iter().filter(|p| p.setting.per_axis < 3 && p.knob != Knob::Step).collect()
         }
-        Effort::Quick => points(default, &[4, 12], &[8], &[0.0, 0.1, 0.3]),
-        Effort::Full => points(default, &[4, 12, 16], &[4, 8, 12], &[0.0, 0.03, 0.1, 0.3]),
+        Effort::Quick => points(default, &[4, 12], &[8], &[0.0, 5e-5, 5e-3]),
+        Effort::Full => points(default, &[4, 12, 16], &[4, 8, 12], &[0.0, 5e-5, 5e-3]),
     }
 }
 
