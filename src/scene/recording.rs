@@ -63,6 +63,7 @@ impl Origin {
 }
 
 /// What happened in a run, in this order.
+#[expect(clippy::large_enum_variant, reason = "events are written and applied one at a time")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Event {
     /// This clay was loaded.

@@ -59,7 +59,16 @@ pub enum Integrator {
         /// Weight is not scaled.
         density_scale: f64,
     },
+    /// Backward Euler as the least of a potential: steps follow how far clay and tools go, not the speed of
+    /// sound. Density is the material's own.
+    Implicit {
+        /// Passes over the particles in each step, each of them an evaluation of the potential's slope.
+        passes: u32,
+    },
 }
+
+/// Passes that an implicit step may have: with two it blows up.
+const PASSES: std::ops::RangeInclusive<u32> = 3..=1000;
 
 impl Default for Integrator {
     fn default() -> Self {
@@ -132,6 +141,7 @@ impl FramePlan {
     pub fn density_scale(&self) -> f64 {
         match self.integrator {
             Integrator::Explicit { density_scale } => density_scale,
+            Integrator::Implicit { .. } => 1.0,
         }
     }
 
@@ -202,7 +212,10 @@ impl FramePlan {
             Integrator::Explicit { density_scale } if !(density_scale.is_finite() && density_scale >= 1.0) => {
                 Err(ParamsError::new("density_scale", density_scale, "must be 1 or more"))
             }
-            Integrator::Explicit { .. } => Ok(()),
+            Integrator::Implicit { passes } if !PASSES.contains(&passes) => {
+                Err(ParamsError::new("passes", passes, "must be 3 to 1000 a step: fewer find nothing"))
+            }
+            Integrator::Explicit { .. } | Integrator::Implicit { .. } => Ok(()),
         }
     }
 
@@ -238,6 +251,9 @@ impl FramePlan {
         }
         if self.tools.iter().any(|path| path.tool.shape.is_wire()) {
             return refusal("is kept for comparison and knows no wires");
+        }
+        if let Integrator::Implicit { .. } = self.integrator {
+            return refusal("is kept for comparison and has the explicit step only");
         }
         if self.validation != Validation::default() {
             return refusal("is kept for comparison and takes no inputs of validation cases");
@@ -334,6 +350,19 @@ pub struct FrameReport {
     pub gravity_impulse: DVec3,
     /// Impulse of the walls on the clay \[N s\].
     pub wall_impulse: DVec3,
+    /// Impulse of the forces that implicit steps left out of balance \[N s\].
+    #[serde(default)]
+    pub unbalanced_impulse: DVec3,
+    /// Passes over the particles for forces: substeps of the explicit step, evaluations of the implicit one.
+    #[serde(default)]
+    pub passes: u32,
+    /// Steps towards the potential's least that were cut.
+    #[serde(default)]
+    pub rejected: u32,
+    /// Greatest force left out of balance at an implicit step's end over what clay bears of contact, inertia
+    /// and weight [-], both as norms over the nodes.
+    #[serde(default)]
+    pub residual: f64,
     /// Impulse taken by validation damping \[N s\].
     pub damping_impulse: DVec3,
     /// Sum over substeps and nodes of |wall impulse| + |tool impulse| \[N s\].
@@ -416,7 +445,8 @@ impl FrameReport {
     pub fn balance_error(&self) -> f64 {
         let on_tools: DVec3 = self.tools.iter().map(|t| t.impulse).sum();
         let change = self.momentum - self.momentum_before;
-        let error = change + on_tools - self.wall_impulse - self.gravity_impulse - self.damping_impulse;
+        let given = self.wall_impulse + self.gravity_impulse + self.damping_impulse + self.unbalanced_impulse;
+        let error = change + on_tools - given;
         let scale = self.impulse_scale + self.momentum_scale;
         if scale > 0.0 { error.length() / scale } else { error.length() }
     }

@@ -3,7 +3,7 @@
 use super::super::coefficients::{Coefficients, LawCoefficients};
 use super::super::cut::PLATE_SHEET;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::FramePlan;
+use super::super::frame::{FramePlan, Integrator};
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};
@@ -146,6 +146,9 @@ pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
             return refusal("cutting", method.identifier());
         }
     }
+    if let Integrator::Implicit { .. } = plan.integrator {
+        return Err(ParamsError::new("integrator", "Implicit", "is of the native engine only; this one has the explicit step"));
+    }
     match plan.validation.input_beyond_damping() {
         Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),
         None => Ok(()),
@@ -273,7 +276,8 @@ mod tests {
     use super::super::super::planner::StepLimits;
     use super::*;
 
-    /// Laws and methods that are kept for comparison are refused by name, the others are not.
+    /// Laws and methods that are kept for comparison are refused by name, and so is the implicit step; the
+    /// others are not.
     #[test]
     fn comparisons_are_refused() {
         let fresh = StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &[]);
@@ -286,5 +290,7 @@ mod tests {
             let refused = refuse_unknown(&FramePlan { cutting, ..fresh.clone() }).err().map(|e| (e.name, e.value));
             assert_eq!(refused, (!cutting.keeps_cuts()).then(|| ("cutting", cutting.identifier().into())));
         }
+        let implicit = FramePlan { integrator: Integrator::Implicit { passes: 10 }, ..fresh };
+        assert_eq!(refuse_unknown(&implicit).err().map(|e| e.name), Some("integrator"));
     }
 }

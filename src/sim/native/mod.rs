@@ -39,10 +39,10 @@ mod weld;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, StateTicket};
-use super::frame::{FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
+use super::frame::{FramePlan, FrameReport, Integrator, SurfaceParticle, SurfaceSource};
 use super::health::Health;
 use super::limits::PENDING_MAX;
-use super::params::Domain;
+use super::params::{Domain, ParamsError};
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
 use solver::{FrameState, Solver};
@@ -175,6 +175,9 @@ impl Engine for NativeEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
+        if let Integrator::Implicit { passes } = plan.integrator {
+            return Err(ParamsError::new("integrator", format!("Implicit ({passes} passes)"), "is not of this engine yet").into());
+        }
         let loaded = self.loaded()?;
         if loaded.pending >= PENDING_MAX {
             return Err(EngineError::Busy(loaded.pending));

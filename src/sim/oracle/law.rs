@@ -100,6 +100,8 @@ pub fn volume_ratio(elastic_strain: DMat3) -> f64 {
 pub struct Advanced {
     /// Elastic strain `E = b_e - I` [-].
     pub elastic_strain: DMat3,
+    /// Kirchhoff stress \[Pa\] with it.
+    pub stress: DMat3,
     /// Equivalent plastic strain gained [-].
     pub plastic_strain: f64,
     /// Whether a stretch was beyond its limits and was clamped.
@@ -123,15 +125,17 @@ pub fn advance(material: &ClayMaterial, yield_stress: f64, dt: f64, elastic_stra
     let mean = h.element_sum() / 3.0;
     let deviator = h - mean;
     let norm = deviator.length();
+    let stress_of = |h: DVec3| spectrum.with(2.0 * material.lame_mu() * h + material.lame_lambda() * h.element_sum());
     let limit = SQRT_2_3 * yield_stress / (2.0 * material.lame_mu());
     if norm <= limit {
         let elastic_strain = if is_clamped { spectrum.with(strain) } else { trial };
-        return Advanced { elastic_strain, plastic_strain: 0.0, is_clamped };
+        return Advanced { elastic_strain, stress: stress_of(h), plastic_strain: 0.0, is_clamped };
     }
     let shortened = flow(material, norm - limit, dt);
     let returned = mean + deviator * ((norm - shortened) / norm);
     Advanced {
         elastic_strain: spectrum.with(returned.map(|h| (2.0 * h).exp_m1())),
+        stress: stress_of(returned),
         plastic_strain: SQRT_2_3 * shortened,
         is_clamped,
     }

@@ -32,6 +32,7 @@ mod contact;
 mod g2p;
 mod ghost;
 mod grid;
+mod implicit;
 mod interactive;
 pub mod law;
 mod p2g;
@@ -49,7 +50,7 @@ mod weld;
 pub use particle::Particle;
 
 use super::cut::CutKey;
-use super::frame::{FramePlan, FrameReport};
+use super::frame::{FramePlan, FrameReport, Integrator};
 use super::limits::TRAVEL_LIMIT;
 use super::material::ClayMaterial;
 use super::params::Domain;
@@ -93,7 +94,11 @@ impl Oracle {
         let mut frame = report::begin(&self.particles, plan);
         self.begin_frame(plan);
         for step in 0..plan.steps {
-            let grid = substep::substep(&mut self.particles, &self.domain, plan, step, &mut frame);
+            let (particles, domain) = (&mut self.particles, &self.domain);
+            let grid = match plan.integrator {
+                Integrator::Explicit { .. } => substep::substep(particles, domain, plan, step, &mut frame),
+                Integrator::Implicit { passes } => implicit::step(particles, domain, plan, step, passes, &mut frame),
+            };
             if step + 1 == plan.steps {
                 weld::grow_together(&mut self.particles, &grid, plan, self.time, &mut frame);
             }

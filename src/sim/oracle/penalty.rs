@@ -65,7 +65,7 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
 }
 
 /// The springs of a particle of rest volume `volume` [m^3], in SI units.
-fn springs(volume: f64, around: &Surroundings) -> Springs {
+pub(super) fn springs(volume: f64, around: &Surroundings) -> Springs {
     let (material, cell_width) = (&around.plan.material, around.domain.cell_width);
     let modulus = material.lame_lambda() + 2.0 * material.lame_mu();
     let area = area(volume / cell_width.powi(3)) * cell_width * cell_width;

@@ -46,11 +46,11 @@ const NODE_REACH: f64 = 1.5;
 /// A folded column: indices of its three nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
-    outer: usize,
-    wall: usize,
-    inner: usize,
+    pub(super) outer: usize,
+    pub(super) wall: usize,
+    pub(super) inner: usize,
     /// What becomes of each velocity component in the image: -1 or 1.
-    image: DVec3,
+    pub(super) image: DVec3,
 }
 
 /// The impulse \[N s\] of separating walls on a particle that got `before` of the tools; notes the walls that
@@ -94,6 +94,23 @@ pub(super) fn touch(
         particle.walls |= u32::from(is_noted) << number;
     }
     impulse
+}
+
+/// The slip and stick walls at which a particle has arrived at `position` \[cells\], or was and has not left, a
+/// bit each.
+pub(super) fn is_arrived(particle: &Particle, position: DVec3, around: &Surroundings) -> u32 {
+    let domain = around.domain;
+    let volume = particle.rest_volume / domain.cell_width.powi(3);
+    let (low, high) = domain.wall_nodes();
+    let mut arrived = 0;
+    for (number, kind) in domain.walls.low.into_iter().chain(domain.walls.high).enumerate() {
+        let (face, inward) = if number < 3 { (low, 1.0) } else { (high, -1.0) };
+        let distance = inward * (position[number % 3] - f64::from(face[number % 3]));
+        let was_noted = particle.walls >> number & 1 == 1;
+        let is_noted = distance < NODE_REACH && (was_noted || distance <= arrival(volume));
+        arrived |= u32::from(is_noted && kind != Wall::Separate && !around.plan.validation.clamped_walls) << number;
+    }
+    arrived
 }
 
 /// Folds the outer nodes onto their inner nodes, axis by axis. Columns of a later axis hold what the earlier

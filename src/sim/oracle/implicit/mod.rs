@@ -1,0 +1,89 @@
+//! One implicit step, top to bottom: backward Euler, as the least of one potential.
+//!
+//! The nodes' displacements u over the step make
+//! `sum m_i |u_i - h v_i*|^2 / (2 h^2) + sum V_p W_p(u) + sum contact_p(u)` least: inertia with
+//! `v* = p / m + g h`, clay with its flow, the springs of tools and walls. No term of it bounds h: what
+//! bounds it is how far clay and tools go in a step, not how fast sound is.
+//!
+//! | file         | does                                                                    |
+//! |--------------|-------------------------------------------------------------------------|
+//! | `unknowns`   | which displacement each field of each node has, walls folded            |
+//! | `residual`   | the potential's slope, particle by particle; the step's end             |
+//! | `contact`    | solid tools and walls, at the step's end                                |
+//! | `multigrid`  | a V-cycle of three scalar operators, which know how full cells are      |
+//! | `minimise`   | L-BFGS about it, guarded                                                |
+//!
+//! Sides of blades, volumes and welds are as in the [explicit step](super::substep), once a step.
+
+mod contact;
+mod minimise;
+mod multigrid;
+mod residual;
+mod unknowns;
+
+use super::super::frame::{FramePlan, FrameReport};
+use super::super::params::Domain;
+use super::grid::Grid;
+use super::particle::Particle;
+use super::stencil::stencil;
+use super::tools::Surroundings;
+use super::{averaging, sides, tags, walls};
+use multigrid::Multigrid;
+use residual::System;
+use unknowns::Unknowns;
+
+/// Moves `particles` over step `step` of the frame, of `plan.dt` \[s\], with `passes` evaluations of the
+/// slope, and adds to `frame` what happened. Returns the nodes.
+pub(super) fn step(
+    particles: &mut Vec<Particle>,
+    domain: &Domain,
+    plan: &FramePlan,
+    step: u32,
+    passes: u32,
+    frame: &mut FrameReport,
+) -> Grid {
+    let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
+    if step > 0 && plan.averages() {
+        averaging::average_volumes(particles, plan.volume_averaging);
+    }
+    tags::take_sides(particles, &around, frame);
+
+    let mut grid = scatter(particles, &around);
+    let columns = walls::fold(&mut grid, &around);
+    sides::divide(&mut grid, &around);
+    sides::sum_fields(&mut grid);
+    walls::set_velocities(&mut grid, &around);
+
+    let mut system = System::new(particles, &grid, Unknowns::new(&grid, &columns, &around), &around);
+    let guess = system.guess();
+    system.share_volumes(&guess);
+    let cycle = Multigrid::new(&system.finest(&grid, &guess), &around);
+    let least = minimise::minimise(&system, &cycle, guess, passes);
+    let moved = system.end(&least.u, &least.slope, frame);
+    frame.passes += least.passes;
+    frame.rejected += least.rejected;
+    let quality = residual::dot(&least.slope.residual, &least.slope.residual).sqrt() / least.slope.scale.max(f64::MIN_POSITIVE);
+    frame.residual = frame.residual.max(quality);
+    *particles = moved;
+    grid
+}
+
+/// The nodes with the mass and momentum of each class, without stress, at the places of the step's stencils.
+fn scatter(particles: &mut [Particle], around: &Surroundings) -> Grid {
+    let mut grid = Grid::about(particles.iter().map(|p| residual::middle(p, around)).collect::<Vec<_>>().into_iter());
+    let (cell_width, density) = (around.domain.cell_width, around.plan.inertial_density());
+    for particle in particles {
+        let middle = residual::middle(particle, around);
+        particle.walls |= walls::is_arrived(particle, middle, around);
+        let (mass, key) = (density * particle.rest_volume, particle.key());
+        for touch in stencil(middle) {
+            let Some(index) = grid.index(touch.node) else { continue };
+            let node = &mut grid.nodes[index];
+            let sum = node.classes.of(key);
+            sum.mass += touch.weight * mass;
+            sum.momentum += touch.weight * mass * (particle.velocity + particle.affine * (touch.arm * cell_width));
+            node.walls |= particle.walls;
+        }
+    }
+    grid
+}

@@ -1,0 +1,304 @@
+//! The potential's slope, particle by particle; and how a step ends.
+//!
+//! With `x_s = x + h v / 2` the particle's stencil for the whole step, `r = x_i - x_s`,
+//! `H = 4 / dx^2 sum w u_i r^T`, `G = I - H / 2` and `A = G^-1 (I + H / 2)` (Cayley: a turn of the nodes
+//! strains nothing, however far), the particle's energy is `V W(A)`: what the [law](super::super::law) makes
+//! of `b = A (I + E) A^T`, elastic energy and what flow takes, the least of both. Its slope is
+//! `-f_i = V 4 / dx^2 w K r`, `K = G^-T tau (I + H / 2)^-T`. Contact acts at `x + u`, `u = sum w u_i`:
+//! its force reaches the nodes by the same weights.
+//!
+//! `R_i = m_i (u_i - h v_i*) / h^2 - f_i`; what was not iterated away remains of it.
+//!
+//! At the step's end `x += u`, `v = u / h`, `C = H / h`, and the strain is what the law made of it.
+
+use super::super::super::frame::FrameReport;
+use super::super::grid::Grid;
+use super::super::law;
+use super::super::particle::Particle;
+use super::super::stencil::stencil;
+use super::super::tools::{Moment, Surroundings};
+use super::contact;
+use super::multigrid::Finest;
+use super::unknowns::Unknowns;
+use glam::{DMat3, DVec3};
+use std::collections::BTreeMap;
+
+/// Least determinant of `G` and `A` at which a cell counts as not turned inside out.
+const DETERMINANT_MIN: f64 = 0.05;
+
+/// Share of a spring's stiffness that nodes take of it in the preconditioner, beside their weights [-]: their
+/// own part of it is the square of the weight, and of a motion in common all of it.
+const CONTACT_SHARE: f64 = 0.5;
+
+/// A particle's place on the grid for the step.
+#[derive(Clone, Debug)]
+struct Station {
+    /// `x_s` \[cells\].
+    at: DVec3,
+    /// Seat, weight, and arm \[m\].
+    touches: Vec<(usize, f64, DVec3)>,
+    /// Yield stress for the step \[Pa\].
+    yield_stress: f64,
+    /// How much of its volume ratio is its cell's [-].
+    share: f64,
+}
+
+/// What the step's potential is made of.
+pub(super) struct System<'a> {
+    around: &'a Surroundings<'a>,
+    particles: &'a [Particle],
+    stations: Vec<Station>,
+    /// The particles of each cell and class.
+    cells: Vec<Vec<usize>>,
+    pub(super) unknowns: Unknowns,
+}
+
+/// The slope at a place.
+#[derive(Clone, Debug)]
+pub(super) struct Slope {
+    /// R of each unknown \[N\], 0 where it is not free.
+    pub(super) residual: Vec<DVec3>,
+    /// Force of stress and contact at each seat \[N\].
+    forces: Vec<DVec3>,
+    /// What the contact forces, inertia and weight come to: the norm that R is judged by \[N\].
+    pub(super) scale: f64,
+    /// Whether no cell was turned inside out.
+    pub(super) is_sound: bool,
+}
+
+/// The displacement of a particle and of its surroundings.
+struct Motion {
+    /// u \[m\].
+    moved: DVec3,
+    /// H [-].
+    gradient: DMat3,
+    /// A, or none where a cell is turned inside out.
+    cayley: Option<DMat3>,
+}
+
+impl<'a> System<'a> {
+    /// The potential of a step.
+    pub(super) fn new(particles: &'a [Particle], grid: &Grid, unknowns: Unknowns, around: &'a Surroundings<'a>) -> Self {
+        let cell_width = around.domain.cell_width;
+        let station = |p: &Particle| {
+            let at = middle(p, around);
+            let seat = |touch: &super::super::stencil::Touch| {
+                let seat = unknowns.seat(grid, grid.index(touch.node)?, p.key())?;
+                Some((seat, touch.weight, touch.arm * cell_width))
+            };
+            let moving = Particle { position: at, ..*p };
+            Station {
+                at,
+                touches: stencil(at).iter().filter_map(seat).collect(),
+                yield_stress: around.yield_stress(&moving, Moment::End),
+                share: 0.0,
+            }
+        };
+        let stations: Vec<Station> = particles.iter().map(station).collect();
+        let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (i, particle) in particles.iter().enumerate() {
+            cells.entry((particle.position.floor().as_ivec3().to_array(), particle.key())).or_default().push(i);
+        }
+        Self { around, particles, stations, cells: cells.into_values().collect(), unknowns }
+    }
+
+    /// Shares volumes within the step by the flow that the displacements `u` \[m\] would make.
+    pub(super) fn share_volumes(&mut self, u: &[DVec3]) {
+        let plan = self.around.plan;
+        if !plan.averages() {
+            return;
+        }
+        for i in 0..self.particles.len() {
+            let flow = self.motion(&self.stations[i], u).cayley.map(|cayley| self.law(i, cayley).plastic_strain);
+            self.stations[i].share = flow.map_or(0.0, |flow| -(-flow / plan.volume_averaging).exp_m1());
+        }
+    }
+
+    /// What the law makes of a particle.
+    fn law(&self, i: usize, cayley: DMat3) -> law::Advanced {
+        let (plan, particle) = (self.around.plan, &self.particles[i]);
+        let increment = cayley - DMat3::IDENTITY;
+        law::advance(&plan.material, self.stations[i].yield_stress, plan.dt, particle.elastic_strain, increment)
+    }
+
+    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\].
+    fn shared(&self, updates: &[law::Advanced]) -> Vec<(f64, f64)> {
+        let material = &self.around.plan.material;
+        let bulk = material.lame_lambda() + 2.0 / 3.0 * material.lame_mu();
+        let mut shared = vec![(0.0, 0.0); updates.len()];
+        for members in &self.cells {
+            let weight = |&i: &usize| self.stations[i].share * self.particles[i].rest_volume;
+            let sum: f64 = members.iter().map(weight).sum();
+            let log = |i: usize| law::log_volume_ratio(updates[i].elastic_strain);
+            if sum == 0.0 {
+                continue;
+            }
+            let mean = members.iter().map(|i| weight(i) * log(*i)).sum::<f64>() / sum;
+            for &i in members {
+                shared[i].0 = self.stations[i].share * (mean - log(i));
+            }
+            let mean = members.iter().map(|&i| weight(&i) * (log(i) + shared[i].0)).sum::<f64>() / sum;
+            for &i in members {
+                let share = self.stations[i].share;
+                shared[i].1 = bulk * ((1.0 - share) * (log(i) + shared[i].0) + share * mean - log(i));
+            }
+        }
+        shared
+    }
+
+    /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
+    pub(super) fn guess(&self) -> Vec<DVec3> {
+        /// Weight within a step that clay at rest would fall through [cells].
+        const FALL_MAX: f64 = 0.1;
+        /// Way of a first guess [cells].
+        const WAY_MAX: f64 = 0.7;
+        let (dt, cell_width) = (self.around.plan.dt, self.around.domain.cell_width);
+        let guess = |unknown: &super::unknowns::Unknown| {
+            let weight = self.around.gravity_step(unknown.node);
+            let falls = (weight * dt).length() < FALL_MAX * cell_width;
+            let way = (if falls { unknown.velocity } else { unknown.velocity - weight }) * dt;
+            let held = unknown.free.cmpne(DVec3::ZERO);
+            let way = way.clamp_length_max(WAY_MAX * cell_width);
+            // Too light to be found, but moved along by its own; walls keep their 0.
+            if held == glam::BVec3::FALSE { way } else { DVec3::select(held, way, DVec3::ZERO) }
+        };
+        self.unknowns.all.iter().map(guess).collect()
+    }
+
+    fn motion(&self, station: &Station, u: &[DVec3]) -> Motion {
+        let per_arm = 4.0 / self.around.domain.cell_width.powi(2);
+        let (mut moved, mut gradient) = (DVec3::ZERO, DMat3::ZERO);
+        for (seat, weight, arm) in &station.touches {
+            let seat = self.unknowns.seats[*seat];
+            let way = *weight * seat.image * u[seat.unknown];
+            moved += way;
+            gradient += DMat3::from_cols(way * arm.x, way * arm.y, way * arm.z) * per_arm;
+        }
+        let (forward, back) = (DMat3::IDENTITY + gradient * 0.5, DMat3::IDENTITY - gradient * 0.5);
+        let is_sound = back.determinant() > DETERMINANT_MIN && forward.determinant() > DETERMINANT_MIN * back.determinant();
+        Motion { moved, gradient, cayley: is_sound.then(|| back.inverse() * forward) }
+    }
+
+    /// The potential's slope at the displacements `u` \[m\].
+    pub(super) fn slope(&self, u: &[DVec3]) -> Slope {
+        let mut forces = vec![DVec3::ZERO; self.unknowns.seats.len()];
+        let mut pressed = forces.clone();
+        let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
+        let is_sound = motions.iter().all(|motion| motion.cayley.is_some());
+        let cayley = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY);
+        let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
+        let shared = self.shared(&updates);
+        for (i, (particle, station)) in self.particles.iter().zip(&self.stations).enumerate() {
+            let motion = &motions[i];
+            let stress = updates[i].stress + DMat3::IDENTITY * shared[i].1;
+            let half = motion.gradient * 0.5;
+            let [back, forward] = [-1.0, 1.0].map(|sign| (DMat3::IDENTITY + half * sign).inverse().transpose());
+            let moment = back * stress * forward * (particle.rest_volume * 4.0 / self.around.domain.cell_width.powi(2));
+            let press = contact::press(particle, motion.moved, self.around);
+            for (seat, weight, arm) in &station.touches {
+                forces[*seat] += *weight * (press.force - moment * *arm);
+                pressed[*seat] += *weight * press.force;
+            }
+        }
+        self.collect(u, forces, &pressed, is_sound)
+    }
+
+    /// R of the unknowns from the forces at the seats.
+    fn collect(&self, u: &[DVec3], forces: Vec<DVec3>, pressed: &[DVec3], is_sound: bool) -> Slope {
+        let dt = self.around.plan.dt;
+        let inertia = |(unknown, u): (&super::unknowns::Unknown, &DVec3)| unknown.mass * (*u / dt - unknown.velocity) / dt;
+        let mut residual: Vec<DVec3> = self.unknowns.all.iter().zip(u).map(inertia).collect();
+        let mut outer = residual.clone();
+        for ((seat, force), pressed) in self.unknowns.seats.iter().zip(&forces).zip(pressed) {
+            residual[seat.unknown] -= seat.image * *force;
+            outer[seat.unknown] -= seat.image * *pressed;
+        }
+        // Inertia, weight and contact together are what stress has to bear.
+        let weight = |u: &super::unknowns::Unknown| u.mass * self.around.gravity_step(u.node) / dt;
+        let weights: Vec<DVec3> = self.unknowns.masked(self.unknowns.all.iter().map(weight).collect());
+        let scale = dot(&self.unknowns.masked(outer.clone()), &self.unknowns.masked(outer)).max(dot(&weights, &weights)).sqrt();
+        Slope { residual: self.unknowns.masked(residual), forces, scale, is_sound }
+    }
+
+    /// What the preconditioner is made of, with the contacts at the displacements `u`.
+    pub(super) fn finest<'g>(&'g self, grid: &'g Grid, u: &[DVec3]) -> Finest<'g> {
+        let (plan, cell_width) = (self.around.plan, self.around.domain.cell_width);
+        let (mu, lambda) = (plan.material.lame_mu(), plan.material.lame_lambda());
+        let inertia = |unknown: &super::unknowns::Unknown| DVec3::splat(unknown.mass / plan.dt.powi(2));
+        let mut extra: Vec<DVec3> = self.unknowns.all.iter().map(inertia).collect();
+        let mut diagonal = vec![DVec3::ZERO; extra.len()];
+        let mut fill = BTreeMap::new();
+        for (particle, station) in self.particles.iter().zip(&self.stations) {
+            let cell = station.at.floor().as_ivec3().to_array();
+            *fill.entry((cell, particle.key())).or_default() += particle.rest_volume / cell_width.powi(3);
+            let press = contact::press(particle, self.motion(station, u).moved, self.around);
+            for (seat, weight, arm) in &station.touches {
+                let seat = self.unknowns.seats[*seat];
+                let arms = *arm * *arm;
+                let stiffness = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
+                diagonal[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * stiffness;
+                extra[seat.unknown] += CONTACT_SHARE * *weight * press.stiffness;
+            }
+        }
+        Finest { grid, unknowns: &self.unknowns, fill, diagonal, extra }
+    }
+
+    /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's report.
+    pub(super) fn end(&self, u: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
+        let mut moved = self.particles.to_vec();
+        let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
+        let increment = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY + motion.gradient);
+        let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, increment(motion))).collect();
+        let shared = self.shared(&updates);
+        for (i, particle) in moved.iter_mut().enumerate() {
+            let press = contact::press(particle, motions[i].moved, self.around);
+            self.advance(particle, &motions[i], &updates[i], frame);
+            particle.elastic_strain = law::dilated(particle.elastic_strain, shared[i].0);
+            press.settle(particle, self.around.domain.to_world(particle.position), self.around, frame);
+        }
+        self.book(u, slope, frame);
+        moved
+    }
+
+    fn advance(&self, particle: &mut Particle, motion: &Motion, update: &law::Advanced, frame: &mut FrameReport) {
+        let (plan, cell_width) = (self.around.plan, self.around.domain.cell_width);
+        particle.way = motion.moved / cell_width;
+        particle.position = self.around.in_room(particle.position + particle.way);
+        particle.velocity = motion.moved / plan.dt;
+        particle.affine = motion.gradient * (1.0 / plan.dt);
+        particle.elastic_strain = update.elastic_strain;
+        particle.hardening += update.plastic_strain;
+        particle.flowed += update.plastic_strain;
+        particle.structure = plan.material.structure_after(particle.structure, update.plastic_strain, plan.dt);
+        frame.clamped += u64::from(update.is_clamped);
+    }
+
+    /// Books what the nodes got: of walls, of gravity, and of nobody, where R remains.
+    fn book(&self, u: &[DVec3], slope: &Slope, frame: &mut FrameReport) {
+        let dt = self.around.plan.dt;
+        frame.grid_mass = self.unknowns.seats.iter().map(|seat| seat.mass).sum();
+        for (seat, force) in self.unknowns.seats.iter().zip(&slope.forces) {
+            let way = seat.image * u[seat.unknown];
+            let left = seat.mass * way / dt - seat.momentum - *force * dt;
+            if seat.is_at_wall {
+                frame.wall_impulse += left;
+                frame.impulse_scale += left.length();
+            } else {
+                frame.unbalanced_impulse += left;
+            }
+            frame.gravity_impulse += seat.mass * self.around.plan.gravity * dt / self.around.plan.density_scale();
+            frame.speed_max = frame.speed_max.max(way.length() / self.around.domain.cell_width);
+        }
+    }
+}
+
+/// Where a particle's stencil stands for the step \[cells\].
+pub(super) fn middle(particle: &Particle, around: &Surroundings) -> DVec3 {
+    let half = 0.5 * around.plan.dt / around.domain.cell_width;
+    around.in_room(particle.position + particle.velocity * half)
+}
+
+/// Scalar product.
+pub(super) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}

@@ -1,0 +1,139 @@
+//! What moves: one displacement for each field of each node, and which of them the clay of a class has at a
+//! node.
+//!
+//! An outer node of a folded column moves as the image of the inner one, a wall node keeps 0 in the folded
+//! components, so that walls are no constraints but part of how unknowns become displacements. A field with
+//! less than [`ACTIVE_MASS`] of a full cell's mass is no unknown: it goes where its own momentum takes it.
+
+use super::super::super::cut::CutKey;
+use super::super::grid::Grid;
+use super::super::tools::Surroundings;
+use super::super::walls::Column;
+use glam::{DVec3, IVec3};
+
+/// Mass [full cells] below which a field is no unknown. Forces on it fall as its weight, its stiffness as the
+/// square of that, so that a step would fling it: with 1e-3 some runs blew up, 1e-1 costs 2 % of force.
+pub(super) const ACTIVE_MASS: f64 = 1e-2;
+
+/// One unknown displacement.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unknown {
+    /// Where its node stands.
+    pub(super) node: IVec3,
+    /// A class that moves with it.
+    pub(super) key: CutKey,
+    /// Mass \[kg\], folded.
+    pub(super) mass: f64,
+    /// Velocity [m/s] without stress and contact, with gravity.
+    pub(super) velocity: DVec3,
+    /// Components to be found: 1, or 0 where a wall or too little mass settles them.
+    pub(super) free: DVec3,
+}
+
+/// How the clay of one class at one node moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seat {
+    /// With which unknown.
+    pub(super) unknown: usize,
+    /// As its image, component by component: -1, 0 or 1.
+    pub(super) image: DVec3,
+    /// Mass \[kg\] of the class at the node itself.
+    pub(super) mass: f64,
+    /// Its momentum without stress and contact, with gravity [kg m/s].
+    pub(super) momentum: DVec3,
+    /// Whether the node is part of a column that a wall folded.
+    pub(super) is_at_wall: bool,
+}
+
+/// The unknowns of a step and the seats of all classes at all nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Unknowns {
+    pub(super) all: Vec<Unknown>,
+    pub(super) seats: Vec<Seat>,
+    /// The first seat of each node, in the order of the grid's nodes; seats follow the node's classes.
+    first_seat: Vec<usize>,
+    /// The first unknown of each node, in the order of its fields; none of outer nodes.
+    first_unknown: Vec<usize>,
+}
+
+impl Unknowns {
+    /// The unknowns of a grid with velocities set and walls folded.
+    pub(super) fn new(grid: &Grid, columns: &[Column], around: &Surroundings) -> Self {
+        let full = around.plan.inertial_density() * around.domain.cell_width.powi(3);
+        let (mut all, mut first_unknown) = (vec![], vec![]);
+        let links = links(grid, columns);
+        for ((node, at), link) in grid.coordinates().zip(&grid.nodes).zip(&links) {
+            first_unknown.push(all.len());
+            if link.inner.is_some() {
+                continue;
+            }
+            for field in &at.fields {
+                let key = at.folded.iter().map(|(key, _)| key).find(|key| at.beyond(*key) == field.beyond);
+                let is_active = field.sum.mass > ACTIVE_MASS * full;
+                let free = if is_active { link.image } else { DVec3::ZERO };
+                let key = key.unwrap_or(CutKey::UNTAGGED);
+                all.push(Unknown { node, key, mass: field.sum.mass, velocity: field.velocity, free });
+            }
+        }
+        let mut unknowns = Self { all, seats: vec![], first_seat: vec![], first_unknown };
+        for (index, (node, at)) in grid.coordinates().zip(&grid.nodes).enumerate() {
+            unknowns.first_seat.push(unknowns.seats.len());
+            let gravity = around.gravity_step(node);
+            for (key, sum) in at.classes.iter() {
+                let (inner, image) = follow(&links, index);
+                let Some(unknown) = unknowns.of_field(grid, inner, key) else { continue };
+                let momentum = sum.momentum + sum.mass * gravity;
+                unknowns.seats.push(Seat { unknown, image, mass: sum.mass, momentum, is_at_wall: at.is_at_wall });
+            }
+        }
+        unknowns
+    }
+
+    /// The unknown with which clay of `key` moves at the node of index `node`, if any does there.
+    pub(super) fn of_field(&self, grid: &Grid, node: usize, key: CutKey) -> Option<usize> {
+        let beyond = grid.nodes[node].beyond(key);
+        let field = grid.nodes[node].fields.iter().position(|f| f.beyond == beyond)?;
+        let unknown = self.first_unknown[node] + field;
+        (unknown < self.first_unknown.get(node + 1).copied().unwrap_or(self.all.len())).then_some(unknown)
+    }
+
+    /// The seat of the class `key` at the node of index `node`.
+    pub(super) fn seat(&self, grid: &Grid, node: usize, key: CutKey) -> Option<usize> {
+        Some(self.first_seat[node] + grid.nodes[node].classes.iter().position(|class| class.0 == key)?)
+    }
+
+    /// The unknowns' components that are free, the others 0.
+    pub(super) fn masked(&self, mut of_unknowns: Vec<DVec3>) -> Vec<DVec3> {
+        of_unknowns.iter_mut().zip(&self.all).for_each(|(value, unknown)| *value *= unknown.free);
+        of_unknowns
+    }
+}
+
+/// What walls make of a node.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    /// The node that an outer one is the image of.
+    inner: Option<usize>,
+    /// Components that stay, of an outer node as images of the inner one's.
+    image: DVec3,
+}
+
+fn links(grid: &Grid, columns: &[Column]) -> Vec<Link> {
+    let mut links = vec![Link { inner: None, image: DVec3::ONE }; grid.nodes.len()];
+    for column in columns {
+        links[column.wall].image *= 0.5 * (column.image + 1.0);
+        let outer = &mut links[column.outer];
+        (outer.inner, outer.image) = (Some(column.inner), outer.image * column.image);
+    }
+    links
+}
+
+/// The node that moves in place of node `index`, and as which image.
+fn follow(links: &[Link], mut index: usize) -> (usize, DVec3) {
+    let mut image = DVec3::ONE;
+    while let Some(inner) = links[index].inner {
+        image *= links[index].image;
+        index = inner;
+    }
+    (index, image * links[index].image)
+}
