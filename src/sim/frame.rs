@@ -193,6 +193,7 @@ impl FramePlan {
             return Err(ParamsError::new("gravity", self.gravity, "must be finite"));
         }
         self.tools.iter().try_for_each(|path| self.validate_tool(path))?;
+        self.validate_implicit()?;
         self.validate_cutting()
     }
 
@@ -216,6 +217,19 @@ impl FramePlan {
                 Err(ParamsError::new("passes", passes, "must be 3 to 1000 a step: fewer find nothing"))
             }
             Integrator::Explicit { .. } | Integrator::Implicit { .. } => Ok(()),
+        }
+    }
+
+    /// The implicit step has no contact with blades, and of the inputs of validation cases damping alone.
+    fn validate_implicit(&self) -> Result<(), ParamsError> {
+        let refusal = |reason: String| Err(ParamsError::new("integrator", "Implicit", reason));
+        match self.integrator {
+            Integrator::Explicit { .. } => Ok(()),
+            Integrator::Implicit { .. } if self.divides() => refusal("knows no blades, wires and plates".into()),
+            Integrator::Implicit { .. } => match self.validation.input_beyond_damping() {
+                Some(name) => refusal(format!("has not the validation input {name}")),
+                None => Ok(()),
+            },
         }
     }
 

@@ -54,6 +54,7 @@ pub mod engine;
 pub mod frame;
 pub mod gpu;
 pub mod health;
+mod implicit;
 pub mod limits;
 pub mod material;
 pub mod native;

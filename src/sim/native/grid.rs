@@ -35,7 +35,7 @@ impl Tiles {
     }
 
     /// The tiles of the tagged particles of a block.
-    fn tagged_of(&self, slot: usize) -> &[(CutKey, Tile)] {
+    pub(super) fn tagged_of(&self, slot: usize) -> &[(CutKey, Tile)] {
         let bound = |i: usize| self.first_tagged.get(i).copied().unwrap_or(self.tagged.len());
         &self.tagged[bound(slot)..bound(slot + 1)]
     }
@@ -47,8 +47,8 @@ pub(super) struct Grid {
     /// Velocity [cells/substep] of untagged clay and its mass; all clay where there is no cut.
     pub nodes: Vec<Nodes>,
     /// Index + 1 into `cuts` of each block; 0 where no tagged particle is near.
-    cut_slot: Vec<u32>,
-    cuts: Vec<CutBlock>,
+    pub cut_slot: Vec<u32>,
+    pub cuts: Vec<CutBlock>,
     /// What `cut_slot` and the keys of `cuts` were found for.
     found_for: FoundFor,
 }
@@ -125,7 +125,7 @@ impl Grid {
     }
 
     /// Finds the blocks that tagged particles reach, and their classes there.
-    fn find_cuts(&mut self, state: &State, tiles: &Tiles) {
+    pub(super) fn find_cuts(&mut self, state: &State, tiles: &Tiles) {
         let keys = tiles.tagged.iter().map(|t| t.0);
         let found = &self.found_for;
         if found.sorts == (tiles.sorts, state.sorts)
@@ -191,7 +191,7 @@ impl Grid {
 
 /// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.
 #[inline]
-fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) -> Option<&'a Tile>) {
+pub(super) fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) -> Option<&'a Tile>) {
     *nodes = [Node::default(); 64];
     for offset in NEIGHBOURS {
         let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };

@@ -61,7 +61,7 @@ struct Eight {
 
 /// What a particle brings to nodes, per mass: its velocity and the columns of h C, in the first four numbers
 /// stressed and pressed, in the last as they are.
-type Brought = [Node; 4];
+pub(super) type Brought = [Node; 4];
 
 impl Eight {
     /// Grid coordinate \[cells\] of particle `k` with offset `x`.
@@ -101,16 +101,17 @@ fn load(particles: &[Hot], origin: [i32; 3]) -> Eight {
     out
 }
 
-struct Stencil {
+/// Where eight particles stand on their nodes.
+pub(super) struct Stencil {
     /// Position relative to the first of its 3 nodes along each axis.
-    f: [F8; 3],
-    weights: [[F8; 3]; 3],
+    pub f: [F8; 3],
+    pub weights: [[F8; 3]; 3],
     /// Tile index of the first node.
-    first: [usize; 8],
+    pub first: [usize; 8],
 }
 
 #[inline(always)]
-fn stencil(cell: &[[i32; 3]; 8], x: &[F8; 3]) -> Stencil {
+pub(super) fn stencil(cell: &[[i32; 3]; 8], x: &[F8; 3]) -> Stencil {
     let mut out = Stencil { f: *x, weights: [[F8::ZERO; 3]; 3], first: [0; 8] };
     let mut base = [[0i32; 8]; 3];
     for d in 0..3 {
@@ -146,7 +147,7 @@ fn node_mut(tile: &mut Tile, index: usize) -> &mut Node {
 
 /// The nodes' numbers and their moments (per axis) at each particle: `[v, m_x, m_y, m_z][lane]`.
 #[inline(always)]
-fn gather<L: Lanes>(s: &Stencil, count: usize, nodes: &Tile) -> [[Node; 8]; 4] {
+pub(super) fn gather<L: Lanes>(s: &Stencil, count: usize, nodes: &Tile) -> [[Node; 8]; 4] {
     let mut moments = [[F8::ZERO; 3]; 3];
     for d in 0..3 {
         for i in 0..3 {
@@ -188,7 +189,7 @@ fn gather<L: Lanes>(s: &Stencil, count: usize, nodes: &Tile) -> [[Node; 8]; 4] {
 
 /// Adds what the particles bring to the tile.
 #[inline(always)]
-fn scatter<L: Lanes>(s: &Stencil, count: usize, brought: &[Brought; 8], mass: F8, out: &mut Tile) {
+pub(super) fn scatter<L: Lanes>(s: &Stencil, count: usize, brought: &[Brought; 8], mass: F8, out: &mut Tile) {
     for k in 0..count {
         let m = L::splat(mass.0[k]);
         let row = |r: usize| L::load(&brought[k][r]).times(m);

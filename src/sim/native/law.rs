@@ -121,7 +121,7 @@ fn hencky(x: &Sym8) -> Sym8 {
 }
 
 #[inline(always)]
-fn stress_of(law: &Law, h: &Sym8) -> Sym8 {
+pub(super) fn stress_of(law: &Law, h: &Sym8) -> Sym8 {
     let trace = law.lambda * (h[0] + h[1] + h[2]);
     let mut tau = *h;
     for i in 0..6 {
@@ -186,12 +186,17 @@ fn is_beyond(norm2: f32) -> bool {
     norm2.is_nan() || norm2 > SERIES_MAX * SERIES_MAX
 }
 
-/// Stress and strain after one substep; `yield_norm` is the greatest |dev H| at rest,
-/// `sqrt(2/3) sY / (2 mu)`.
+/// What the return makes of the Hencky strain of a trial state.
+struct Return {
+    hencky: Sym8,
+    plastic: F8,
+    yields: [bool; 8],
+    any: bool,
+}
+
+/// Shortens the deviator of the Hencky strain `h` where it is beyond the yield norm.
 #[inline(always)]
-pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
-    let x = trial(l, e);
-    let h = hencky(&x);
+fn shorten(flow: &Flow, h: &Sym8, yield_norm: F8) -> Return {
     let third = (1.0 / 3.0) * (h[0] + h[1] + h[2]);
     let d = [h[0] - third, h[1] - third, h[2] - third, h[3], h[4], h[5]];
     let size2 = norm2(&d);
@@ -212,8 +217,35 @@ pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_n
             plastic.0[k] = SQRT_2_3 * shortening;
         }
     }
-    let returned: Sym8 =
-        [d[0] * ratio + third, d[1] * ratio + third, d[2] * ratio + third, d[3] * ratio, d[4] * ratio, d[5] * ratio];
+    let hencky = [d[0] * ratio + third, d[1] * ratio + third, d[2] * ratio + third, d[3] * ratio, d[4] * ratio, d[5] * ratio];
+    Return { hencky, plastic, yields, any }
+}
+
+/// Hencky strain after the return and plastic strain gained, as [`update`] has them, without the strain.
+#[inline(always)]
+pub(super) fn returned(flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> (Sym8, F8) {
+    let x = trial(l, e);
+    let mut back = shorten(flow, &hencky(&x), yield_norm);
+    let strain2 = norm2(&x);
+    for k in 0..8 {
+        if is_beyond(strain2.0[k]) {
+            let unit = Law { mu2: 1.0, lambda: 0.0 };
+            let exact = by_eigenvalues(&unit, flow, lane(&x, k), yield_norm.0[k]);
+            for i in 0..6 {
+                back.hencky[i].0[k] = exact.stress[i];
+            }
+            back.plastic.0[k] = exact.plastic;
+        }
+    }
+    (back.hencky, back.plastic)
+}
+
+/// Stress and strain after one substep; `yield_norm` is the greatest |dev H| at rest,
+/// `sqrt(2/3) sY / (2 mu)`.
+#[inline(always)]
+pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
+    let x = trial(l, e);
+    let Return { hencky: returned, plastic, yields, any } = shorten(flow, &hencky(&x), yield_norm);
     let mut out = Update { stress: stress_of(law, &returned), elastic_strain: x, plastic, clamped: 0 };
     if any {
         let exact = expm1(&returned);

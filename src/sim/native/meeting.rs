@@ -169,3 +169,34 @@ impl Block<'_> {
         }
     }
 }
+
+/// Which class's field the clay of each class moves in at each node of a block: the first class of the field,
+/// 0 for untagged clay; and the columns that walls fold.
+pub(super) fn fields<'a>(
+    nodes: &Nodes,
+    cut: Option<&CutBlock>,
+    block: IVec3,
+    step: &GridStep,
+    meeting: &Meeting<'_>,
+    masses_of: &'a MassesOf<'a>,
+) -> (Vec<[u8; 64]>, Vec<Fold>) {
+    let classes = Classes::new(nodes, cut, block, step, meeting);
+    let fold = |c: &walls::Column| Fold { outer: c.outer, wall: c.wall, inner: c.inner, image: c.reflect(DVec3::ONE) };
+    let folds: Vec<Fold> = classes.folds.iter().map(fold).collect();
+    let block = Block::new(classes, block, step, meeting, masses_of);
+    let mut leader = block.leader;
+    for fold in &folds {
+        leader.iter_mut().for_each(|leader: &mut [u8; 64]| leader[fold.outer] = leader[fold.inner]);
+    }
+    (leader, folds)
+}
+
+/// A column of nodes that a wall folds, by their places in the block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fold {
+    pub outer: usize,
+    pub wall: usize,
+    pub inner: usize,
+    /// What becomes of each velocity component in the image: -1 or 1.
+    pub image: DVec3,
+}

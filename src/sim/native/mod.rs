@@ -14,13 +14,16 @@
 //! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
 //! | `grid_step`| the numbers of a grid update, and what it met                               |
 //! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles, as `walls`  |
+//! | `implicit` | the step that is not bound to the speed of sound                            |
 //! | `stats`    | sums for the report                                                         |
+//! | `implicit` | the implicit step                                                           |
 
 mod averaging;
 mod contact;
 mod ghost;
 mod grid;
 mod grid_step;
+mod implicit;
 mod kernel;
 mod law;
 mod meeting;
@@ -39,10 +42,10 @@ mod weld;
 
 use super::admit::admit;
 use super::engine::{Deferred, Engine, EngineError, StateTicket};
-use super::frame::{FramePlan, FrameReport, Integrator, SurfaceParticle, SurfaceSource};
+use super::frame::{FramePlan, FrameReport, SurfaceParticle, SurfaceSource};
 use super::health::Health;
 use super::limits::PENDING_MAX;
-use super::params::{Domain, ParamsError};
+use super::params::Domain;
 use super::snapshot::{Particle, Snapshot};
 use rayon::prelude::*;
 use solver::{FrameState, Solver};
@@ -175,9 +178,6 @@ impl Engine for NativeEngine {
 
     fn submit(&mut self, plan: FramePlan) -> Result<(), EngineError> {
         plan.validate()?;
-        if let Integrator::Implicit { passes } = plan.integrator {
-            return Err(ParamsError::new("integrator", format!("Implicit ({passes} passes)"), "is not of this engine yet").into());
-        }
         let loaded = self.loaded()?;
         if loaded.pending >= PENDING_MAX {
             return Err(EngineError::Busy(loaded.pending));

@@ -177,7 +177,7 @@ pub(super) fn scatter(
 }
 
 /// Sizes the tiles for the state's blocks: one each, and one for each class of tagged particles.
-fn make_room(state: &mut State, tiles: &mut Tiles) {
+pub(super) fn make_room(state: &mut State, tiles: &mut Tiles) {
     let old = std::mem::replace(&mut tiles.table, state.table.clone());
     state.recycle(old);
     tiles.sorts = state.sorts;

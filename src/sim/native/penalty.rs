@@ -105,7 +105,7 @@ impl Press<'_> {
 
 impl ContactCoefficients {
     /// The springs of a particle of rest volume `volume` [cells^3].
-    fn of(&self, volume: f64) -> Springs {
+    pub(super) fn of(&self, volume: f64) -> Springs {
         let area = area(volume);
         Springs {
             normal: self.normal * area,

@@ -6,7 +6,10 @@
 //! thinks of arrays.
 
 #[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::{__m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps};
+use std::arch::x86_64::{
+    __m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps,
+    _mm256_storeu_ps, _mm256_sub_ps,
+};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight particles' values.
@@ -69,7 +72,10 @@ pub(super) trait Lanes: Copy {
     fn splat(v: f32) -> Self;
     fn load(node: &Node) -> Self;
     fn store(self, node: &mut Node);
+    fn load_row(row: &[f32; 8]) -> Self;
+    fn store_row(self, row: &mut [f32; 8]);
     fn plus(self, b: Self) -> Self;
+    fn minus(self, b: Self) -> Self;
     fn times(self, b: Self) -> Self;
     /// `self * b + c`.
     fn times_plus(self, b: Self, c: Self) -> Self;
@@ -92,8 +98,23 @@ impl Lanes for F8 {
     }
 
     #[inline(always)]
+    fn load_row(row: &[f32; 8]) -> Self {
+        Self(*row)
+    }
+
+    #[inline(always)]
+    fn store_row(self, row: &mut [f32; 8]) {
+        *row = self.0;
+    }
+
+    #[inline(always)]
     fn plus(self, b: Self) -> Self {
         self + b
+    }
+
+    #[inline(always)]
+    fn minus(self, b: Self) -> Self {
+        self - b
     }
 
     #[inline(always)]
@@ -134,9 +155,27 @@ impl Lanes for Wide {
     }
 
     #[inline(always)]
+    fn load_row(row: &[f32; 8]) -> Self {
+        // SAFETY: as in `splat`; the row is 32 bytes long.
+        Self(unsafe { _mm256_loadu_ps(row.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn store_row(self, row: &mut [f32; 8]) {
+        // SAFETY: as in `load_row`.
+        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
     fn plus(self, b: Self) -> Self {
         // SAFETY: as in `splat`.
         Self(unsafe { _mm256_add_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn minus(self, b: Self) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_sub_ps(self.0, b.0) })
     }
 
     #[inline(always)]

@@ -1,8 +1,11 @@
-//! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom.
+//! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom; `implicit_steps` has that of
+//! implicit steps.
+
+mod implicit_steps;
 
 use super::super::coefficients::Coefficients;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
+use super::super::frame::{FramePlan, FrameReport, Integrator, Timings, ToolReport};
 use super::super::health::Health;
 use super::super::limits::{REDO_MAX, TRAVEL_LIMIT};
 use super::super::material::ClayMaterial;
@@ -16,6 +19,7 @@ use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
+use super::implicit::Implicit;
 use super::kernel;
 use super::particle_step::ParticleStep;
 use super::passes::{self, Gathered};
@@ -57,6 +61,7 @@ pub(super) struct Solver {
     quarantined: Vec<u32>,
     start: Arc<FrameState>,
     fma: bool,
+    implicit: Implicit,
 }
 
 /// Sums over the substeps of a frame.
@@ -69,6 +74,12 @@ struct Tally {
     /// Tags of sides that grew together.
     welded: u64,
     timings: Timings,
+    /// Evaluations of forces, steps cut and the greatest residual of implicit steps, and their impulse that
+    /// is out of balance.
+    passes: u32,
+    rejected: u32,
+    residual: f64,
+    unbalanced: DVec3,
 }
 
 impl Tally {
@@ -133,7 +144,21 @@ impl Solver {
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
         let (grid, arrivals, fma) = (Grid::default(), Arrivals::new(&domain), kernel::has_fma());
-        Self { domain, time, state, tiles, grid, arrivals, travel: 0.0, is_sorted: true, sums, quarantined, start, fma }
+        Self {
+            domain,
+            time,
+            state,
+            tiles,
+            grid,
+            arrivals,
+            travel: 0.0,
+            is_sorted: true,
+            sums,
+            quarantined,
+            start,
+            fma,
+            implicit: Implicit::default(),
+        }
     }
 
     /// The clay at the end of the last frame.
@@ -148,7 +173,11 @@ impl Solver {
         let mut health = Health::OK;
         for redone in 0..=REDO_MAX {
             let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
-            match self.attempt(plan, dt, steps, stop) {
+            let tried = match plan.integrator {
+                Integrator::Explicit { .. } => self.attempt(plan, dt, steps, stop),
+                Integrator::Implicit { passes } => self.attempt_implicit(plan, dt, steps, passes, stop),
+            };
+            match tried {
                 Ok(tally) => {
                     let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
                     if sums.is_finite() {
@@ -407,7 +436,7 @@ impl Solver {
         let mut report = FrameReport { plan_id: plan.id, redone, dt, steps, time: self.time, ..FrameReport::default() };
         self.sums.write(&mut report, plan);
         report.momentum_before = before.momentum * density;
-        report.grid_mass = if steps > 0 { self.grid.mass() * node_mass } else { report.particle_mass };
+        report.grid_mass = if steps > 0 && tally.passes == 0 { self.grid.mass() * node_mass } else { report.particle_mass };
         report.gravity_impulse = plan.gravity * plan.material.density * self.sums.volume * dt * f64::from(steps);
         report.gravity_impulse += tally.grid.body_impulse * unit;
         report.wall_impulse = tally.grid.wall_impulse * unit;
@@ -416,6 +445,12 @@ impl Solver {
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
         report.welded = tally.welded;
+        report.passes = match plan.integrator {
+            Integrator::Explicit { .. } => steps,
+            Integrator::Implicit { .. } => tally.passes,
+        };
+        (report.rejected, report.residual) = (tally.rejected, tally.residual);
+        report.unbalanced_impulse = tally.unbalanced * unit;
         report.sheets = self.state.sheets();
         report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));
         report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));

@@ -353,6 +353,15 @@ impl State {
         });
     }
 
+    /// Moves the particles by `steps` times their velocities, each by half a cell at most.
+    pub(super) fn step_ahead(&mut self, steps: f32) {
+        self.hot.par_iter_mut().with_min_len(1024).for_each(|hot| {
+            for (x, v) in hot.offset.iter_mut().zip(hot.velocity) {
+                *x += (steps * v).clamp(-MARGIN, MARGIN);
+            }
+        });
+    }
+
     /// Brings velocities back to SI units.
     pub(super) fn end_frame(&mut self, step: &Step) {
         self.hot.par_iter_mut().with_min_len(1024).for_each(|hot| {

@@ -101,10 +101,10 @@ impl NearWall {
         was_noted: bool,
         arrivals: &Arrivals,
     ) -> (DVec3, bool) {
-        let distance = (at - self.at).dot(self.normal);
+        let distance = self.distance(at);
         match self.kind {
             Wall::Slip | Wall::Stick => {
-                let has_arrived = distance < NODE_REACH && (was_noted || distance <= arrival(volume));
+                let has_arrived = self.has_arrived(at, volume, was_noted);
                 if has_arrived {
                     arrivals.note(self.number, at);
                 }
@@ -121,6 +121,33 @@ impl NearWall {
                 (touch.force / (8.0 * volume), touch.anchor.is_some())
             }
         }
+    }
+
+    /// Distance \[cells\] of a grid coordinate from the wall.
+    pub(super) fn distance(&self, at: DVec3) -> f64 {
+        (at - self.at).dot(self.normal)
+    }
+
+    /// Unit normal into the room.
+    pub(super) fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Whether clay can leave the wall.
+    pub(super) fn is_separating(&self) -> bool {
+        self.kind == Wall::Separate
+    }
+
+    /// Whether clay of rest volume `volume` [cells^3] has arrived at `at`, or had if it `was_noted` and not
+    /// left since, at a wall that holds it.
+    pub(super) fn has_arrived(&self, at: DVec3, volume: f64, was_noted: bool) -> bool {
+        let distance = self.distance(at);
+        !self.is_separating() && distance < NODE_REACH && (was_noted || distance <= arrival(volume))
+    }
+
+    /// Marks the nodes of the wall that clay at `at` reaches.
+    pub(super) fn mark(&self, at: DVec3, arrivals: &Arrivals) {
+        arrivals.note(self.number, at);
     }
 
     /// The wall's bit among those of a particle.

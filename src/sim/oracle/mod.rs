@@ -16,6 +16,7 @@
 //! | `g2p`                  | nodes to particles, advection                     | APIC, what fades of it |
 //! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |
 //! | `weld`                 | cuts grow together, once a frame                  | -                      |
+//! | `implicit`             | the other integrator: one step as one potential   | backward Euler         |
 //! | `ghost`, `interactive` | the methods of others, to compare with            | Eq. 1-3 to the letter  |
 //! | `report`               | momentum, energy and volume                       | -                      |
 //!
@@ -32,7 +33,7 @@ mod contact;
 mod g2p;
 mod ghost;
 mod grid;
-mod implicit;
+pub(super) mod implicit;
 mod interactive;
 pub mod law;
 mod p2g;

@@ -236,6 +236,20 @@ fn affine_drive_agrees() {
     assert_all(vec![held_closely("driven", s, p)]);
 }
 
+/// Implicit steps, iteration by iteration.
+#[test]
+fn implicit_steps_agree() {
+    assert_all(agreement::implicit_steps());
+}
+
+/// Their bits do not depend on the number of threads.
+#[test]
+fn implicit_runs_are_bit_identical() {
+    let case = &agreement::implicit_steps()[1].case;
+    let run = |threads| agreement::run(&mut NativeEngine::with_threads(threads), case, 3);
+    assert!(run(1) == run(2), "one thread against two");
+}
+
 #[test]
 fn given_up_frames_leave_no_trace() {
     agreement::assert_given_up_frames_leave_no_trace(&mut NativeEngine::new());

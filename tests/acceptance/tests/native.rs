@@ -253,6 +253,7 @@ fn bad_plans_name_their_parameter() {
     assert_eq!(name_of(&|p| p.dt = 0.0), "dt");
     assert_eq!(name_of(&|p| p.dt = f64::NAN), "dt");
     assert_eq!(name_of(&|p| p.steps = 0), "steps");
+    assert_eq!(name_of(&|p| p.integrator = Integrator::Implicit { passes: 2 }), "passes");
     assert_eq!(name_of(&|p| p.integrator = Integrator::Explicit { density_scale: 0.5 }), "density_scale");
     assert_eq!(name_of(&|p| p.gravity.y = f64::INFINITY), "gravity");
     assert_eq!(name_of(&|p| p.material.poisson_ratio = 0.5), "poisson_ratio");

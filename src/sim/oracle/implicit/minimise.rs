@@ -6,16 +6,10 @@
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
 //! line crosses 0, and tried again. What was last accepted is the answer.
 
+use super::super::super::implicit::{CURVATURE_MIN, CUT, PAIRS};
 use super::multigrid::Multigrid;
 use super::residual::{Slope, System, dot};
 use glam::DVec3;
-
-/// Pairs of step and change of slope.
-const PAIRS: usize = 2;
-
-/// How much of a rejected step is tried next [-], at least and at most; of one that turned a cell inside out
-/// the mean.
-const CUT: [f64; 2] = [0.1, 0.5];
 
 /// What came of the iterations.
 pub(super) struct Least {
@@ -50,7 +44,7 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
         let change: Vec<DVec3> = slope.residual.iter().zip(&least.slope.residual).map(|(new, old)| *new - *old).collect();
         least.u.iter_mut().zip(&step).for_each(|(u, step)| *u += *step);
         least.slope = slope;
-        if dot(&step, &change) > 1e-6 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
+        if dot(&step, &change) > CURVATURE_MIN * (dot(&step, &step) * dot(&change, &change)).sqrt() {
             pairs.push([step, change]);
             if pairs.len() > PAIRS {
                 pairs.remove(0);

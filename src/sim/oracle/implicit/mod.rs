@@ -13,12 +13,15 @@
 //! | `multigrid`  | a V-cycle of three scalar operators, which know how full cells are      |
 //! | `minimise`   | L-BFGS about it, guarded                                                |
 //!
-//! Sides of blades, volumes and welds are as in the [explicit step](super::substep), once a step.
+//! Blades deal sides as in the [explicit step](super::substep), once a step; cuts weld and volumes are
+//! averaged at the frame's end.
 
 mod contact;
 mod minimise;
-mod multigrid;
+pub(in crate::sim) mod multigrid;
 mod residual;
+#[cfg(test)]
+mod tests;
 mod unknowns;
 
 use super::super::frame::{FramePlan, FrameReport};
@@ -27,7 +30,8 @@ use super::grid::Grid;
 use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
-use super::{averaging, sides, tags, walls};
+use super::{sides, tags, walls};
+use glam::DVec3;
 use multigrid::Multigrid;
 use residual::System;
 use unknowns::Unknowns;
@@ -43,29 +47,44 @@ pub(super) fn step(
     frame: &mut FrameReport,
 ) -> Grid {
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
-    if step > 0 && plan.averages() {
-        averaging::average_volumes(particles, plan.volume_averaging);
-    }
     tags::take_sides(particles, &around, frame);
 
-    let mut grid = scatter(particles, &around);
-    let columns = walls::fold(&mut grid, &around);
-    sides::divide(&mut grid, &around);
-    sides::sum_fields(&mut grid);
-    walls::set_velocities(&mut grid, &around);
+    let fields = scatter_fields(particles, &around);
+    let mut moved = vec![];
+    with_system(particles, &fields, &around, |system, guess| {
+        let cycle = Multigrid::new(&system.finest(&fields.0, guess));
+        let least = minimise::minimise(system, &cycle, guess.to_vec(), passes);
+        moved = system.end(&least.u, &least.slope, frame);
+        frame.passes += least.passes;
+        frame.rejected += least.rejected;
+        frame.residual = frame.residual.max(least.slope.quality());
+    });
+    *particles = moved;
+    fields.0
+}
 
-    let mut system = System::new(particles, &grid, Unknowns::new(&grid, &columns, &around), &around);
+/// The nodes of a step, walls folded, with the fields that move and their velocities without stress and
+/// contact.
+fn scatter_fields(particles: &mut [Particle], around: &Surroundings) -> (Grid, Vec<walls::Column>) {
+    let mut grid = scatter(particles, around);
+    let columns = walls::fold(&mut grid, around);
+    sides::divide(&mut grid, around);
+    sides::sum_fields(&mut grid);
+    walls::set_velocities(&mut grid, around);
+    (grid, columns)
+}
+
+/// Calls `each` with the potential of a step and where its iterations start.
+fn with_system(
+    particles: &[Particle],
+    (grid, columns): &(Grid, Vec<walls::Column>),
+    around: &Surroundings,
+    each: impl FnOnce(&System<'_>, &[DVec3]),
+) {
+    let mut system = System::new(particles, grid, Unknowns::new(grid, columns, around), around);
     let guess = system.guess();
     system.share_volumes(&guess);
-    let cycle = Multigrid::new(&system.finest(&grid, &guess), &around);
-    let least = minimise::minimise(&system, &cycle, guess, passes);
-    let moved = system.end(&least.u, &least.slope, frame);
-    frame.passes += least.passes;
-    frame.rejected += least.rejected;
-    let quality = residual::dot(&least.slope.residual, &least.slope.residual).sqrt() / least.slope.scale.max(f64::MIN_POSITIVE);
-    frame.residual = frame.residual.max(quality);
-    *particles = moved;
-    grid
+    each(&system, &guess);
 }
 
 /// The nodes with the mass and momentum of each class, without stress, at the places of the step's stencils.

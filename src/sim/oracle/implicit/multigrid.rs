@@ -7,30 +7,18 @@
 //! terms that couple components. `phi` is the clay's rest volume over the cell's, of each class apart; of a
 //! coarse cell the mean of its eight. The extra diagonal is, on the finest level, what the splines' own
 //! diagonal `D` has beyond that of the elements (0 at least), inertia `m / h^2` and the springs of contact;
-//! coarse levels have it restricted. Unknowns of coarse nodes are those of the fine node at the same place,
-//! as free as these.
+//! coarse levels have the last two restricted, of free components to free ones. Unknowns of coarse nodes are
+//! those of the fine node at the same place, as free as these.
 //!
 //! A cycle: `z = w r / diag`, the rest of r restricted (the transpose of trilinear interpolation), solved on
 //! the coarser level by the same, interpolated, added, and smoothed once more by `w / diag`. `w = 1.6 / l`,
 //! `l = 4.5 (lambda + 2 mu) / (lambda + 4 mu)` the elements' own bound of the greatest eigenvalue of
-//! `diag^-1 A`, whatever the fill. On the coarsest level, of at most [`DIRECT_MAX`] unknowns, exactly.
+//! `diag^-1 A`, whatever the fill. On the coarsest level, of at most [`DIRECT_MAX`] free unknowns, exactly.
 
 use super::super::super::cut::CutKey;
-use super::super::grid::Grid;
-use super::super::tools::Surroundings;
-use super::unknowns::Unknowns;
+use super::super::super::implicit::{CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, PIVOT_MIN, smoothing};
 use glam::{DVec3, IVec3};
 use std::collections::BTreeMap;
-
-/// Unknowns of a level that is solved exactly, at most, unless no coarser one is smaller.
-const DIRECT_MAX: usize = 150;
-
-/// Levels, at most: the coarsest has cells of 512.
-const LEVELS_MAX: usize = 10;
-
-/// What multiplies the cycle [-]: coarse cells that are full in part are stiffer than they should be, and too
-/// long a step is rejected where too short a one is only slow.
-const CYCLE_SCALE: f64 = 0.85;
 
 /// A symmetric matrix by rows, and its diagonal.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +38,7 @@ struct Level {
 
 /// The V-cycle of a step.
 #[derive(Clone, Debug)]
-pub(super) struct Multigrid {
+pub(in crate::sim) struct Multigrid {
     levels: Vec<Level>,
     /// Cholesky's factors of the last level, by component: rows of the lower triangle.
     factors: [Vec<Vec<f64>>; 3],
@@ -58,15 +46,24 @@ pub(super) struct Multigrid {
 }
 
 /// What the finest level is made of.
-pub(super) struct Finest<'a> {
-    pub(super) grid: &'a Grid,
-    pub(super) unknowns: &'a Unknowns,
+pub(in crate::sim) struct Finest<'a> {
+    /// Node and class of each unknown.
+    pub(in crate::sim) places: Vec<(IVec3, CutKey)>,
+    /// Components of each that are to be found.
+    pub(in crate::sim) free: Vec<DVec3>,
+    /// The unknown with which clay of a class moves at a node.
+    pub(in crate::sim) find: Box<dyn Fn(IVec3, CutKey) -> Option<usize> + 'a>,
     /// How full each cell is of each class.
-    pub(super) fill: BTreeMap<([i32; 3], CutKey), f64>,
+    pub(in crate::sim) fill: BTreeMap<([i32; 3], CutKey), f64>,
     /// The splines' diagonal \[N/m\].
-    pub(super) diagonal: Vec<DVec3>,
+    pub(in crate::sim) diagonal: Vec<DVec3>,
     /// Inertia and contact \[N/m\].
-    pub(super) extra: Vec<DVec3>,
+    pub(in crate::sim) extra: Vec<DVec3>,
+    /// Moduli \[Pa\].
+    pub(in crate::sim) mu: f64,
+    pub(in crate::sim) lambda: f64,
+    /// Width of its cells \[m\].
+    pub(in crate::sim) cell_width: f64,
 }
 
 /// The fill of cells by class, and the unknowns by their nodes, of one level.
@@ -82,27 +79,26 @@ struct Layout {
 impl Layout {
     /// The unknown of `key` at `node` of this level.
     fn find(&self, finest: &Finest<'_>, node: IVec3, key: CutKey) -> Option<usize> {
-        let index = finest.grid.index(node * self.scale)?;
-        self.of_finest.get(&finest.unknowns.of_field(finest.grid, index, key)?).copied()
+        self.of_finest.get(&(finest.find)(node * self.scale, key)?).copied()
     }
 }
 
 impl Multigrid {
     /// The operators of a step.
-    pub(super) fn new(finest: &Finest<'_>, around: &Surroundings) -> Self {
-        let (mu, lambda) = (around.plan.material.lame_mu(), around.plan.material.lame_lambda());
+    pub(in crate::sim) fn new(finest: &Finest<'_>) -> Self {
+        let (mu, lambda) = (finest.mu, finest.lambda);
         let moduli = [0, 1, 2].map(|a| DVec3::splat(mu) + DVec3::AXES[a] * (lambda + mu));
         let mut layout = Layout {
             fill: finest.fill.clone(),
-            places: finest.unknowns.all.iter().map(|u| (u.node, u.key)).collect(),
-            of_finest: (0..finest.unknowns.all.len()).map(|i| (i, i)).collect(),
+            places: finest.places.clone(),
+            of_finest: (0..finest.places.len()).map(|i| (i, i)).collect(),
             scale: 1,
         };
-        let mut free: Vec<DVec3> = finest.unknowns.all.iter().map(|u| u.free).collect();
+        let mut free = finest.free.clone();
         let mut extra = finest.extra.clone();
         let mut levels: Vec<Level> = vec![];
         loop {
-            let cell_width = around.domain.cell_width * f64::from(layout.scale);
+            let cell_width = finest.cell_width * f64::from(layout.scale);
             let matrices = [0, 1, 2].map(|a| {
                 let mut matrix = elements(finest, &layout, moduli[a] * cell_width, a, &free);
                 let own = |i: usize| if levels.is_empty() { (finest.diagonal[i][a] - matrix.diagonal[i]).max(0.0) } else { 0.0 };
@@ -111,29 +107,34 @@ impl Multigrid {
                 matrix
             });
             let (coarse, parents) = coarser(finest, &layout);
-            let is_last = free.len() <= DIRECT_MAX || coarse.places.len() == free.len() || levels.len() + 1 == LEVELS_MAX;
-            if is_last {
+            let mut coarse_free = vec![DVec3::ZERO; coarse.places.len()];
+            for (fine, at) in &coarse.of_finest {
+                coarse_free[*at] = finest.free[*fine];
+            }
+            let (count, coarser) = (count(&free), count(&coarse_free));
+            if count <= DIRECT_MAX || coarser == count || levels.len() + 1 == LEVELS_MAX {
                 let factors = [0, 1, 2].map(|a| matrices[a].factored(&free, a));
                 levels.push(Level { free, matrices, parents: vec![] });
-                let smoothing = 1.6 * (lambda + 4.0 * mu) / (4.5 * (lambda + 2.0 * mu));
-                return Self { levels, factors, smoothing };
+                return Self { levels, factors, smoothing: smoothing(mu, lambda) };
             }
             let mut restricted = vec![DVec3::ZERO; coarse.places.len()];
             for (i, of) in parents.iter().enumerate() {
-                of.iter().for_each(|(parent, weight)| restricted[*parent] += *weight * extra[i]);
+                of.iter().for_each(|(parent, weight)| restricted[*parent] += *weight * free[i] * extra[i]);
             }
-            let mut coarse_free = vec![DVec3::ZERO; coarse.places.len()];
-            for (fine, at) in &coarse.of_finest {
-                coarse_free[*at] = finest.unknowns.all[*fine].free;
-            }
+            restricted.iter_mut().zip(&coarse_free).for_each(|(extra, free)| *extra *= *free);
             let fine_free = std::mem::replace(&mut free, coarse_free);
             levels.push(Level { free: fine_free, matrices, parents });
             (layout, extra) = (coarse, restricted);
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn level_count(&self) -> usize {
+        self.levels.len()
+    }
+
     /// An approximation of `A^-1 r`, 0 where nothing is free.
-    pub(super) fn cycle(&self, residual: &[DVec3]) -> Vec<DVec3> {
+    pub(in crate::sim) fn cycle(&self, residual: &[DVec3]) -> Vec<DVec3> {
         self.on_level(0, residual).into_iter().map(|z| CYCLE_SCALE * z).collect()
     }
 
@@ -226,8 +227,7 @@ impl Matrix {
             for k in 0..=i {
                 let sum: f64 = (0..k).map(|j| dense[i][j] * dense[k][j]).sum();
                 let left = dense[i][k] - sum;
-                // Rounding alone can leave a pivot that is not positive: clay that floats freely.
-                let pivot = |left: f64| left.max(1e-12 * self.diagonal[i].max(f64::MIN_POSITIVE)).sqrt();
+                let pivot = |left: f64| left.max(PIVOT_MIN * self.diagonal[i].max(f64::MIN_POSITIVE)).sqrt();
                 dense[i][k] = if i == k { pivot(left) } else { left / dense[k][k] };
             }
         }
@@ -255,13 +255,18 @@ fn elements(finest: &Finest<'_>, layout: &Layout, moduli: DVec3, a: usize, free:
     matrix
 }
 
+/// Unknowns that are free along some axis.
+fn count(free: &[DVec3]) -> usize {
+    free.iter().filter(|free| **free != DVec3::ZERO).count()
+}
+
 /// Corner `c` of a cell.
 fn corner(c: usize) -> IVec3 {
     IVec3::new(i32::from(c & 1 == 1), i32::from(c >> 1 & 1 == 1), i32::from(c >> 2 & 1 == 1))
 }
 
 /// Entry of a unit cell's element between two of its corners.
-fn element(moduli: DVec3, i: usize, k: usize) -> f64 {
+pub(in crate::sim) fn element(moduli: DVec3, i: usize, k: usize) -> f64 {
     let is_same = [0, 1, 2].map(|axis| (i ^ k) >> axis & 1 == 0);
     let stiffness = is_same.map(|same| if same { 1.0 } else { -1.0 });
     let mass = is_same.map(|same| if same { 1.0 / 3.0 } else { 1.0 / 6.0 });

@@ -12,6 +12,7 @@
 //! At the step's end `x += u`, `v = u / h`, `C = H / h`, and the strain is what the law made of it.
 
 use super::super::super::frame::FrameReport;
+use super::super::super::implicit::{CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MAX, GUESS_WAY_MAX};
 use super::super::grid::Grid;
 use super::super::law;
 use super::super::particle::Particle;
@@ -22,13 +23,6 @@ use super::multigrid::Finest;
 use super::unknowns::Unknowns;
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
-
-/// Least determinant of `G` and `A` at which a cell counts as not turned inside out.
-const DETERMINANT_MIN: f64 = 0.05;
-
-/// Share of a spring's stiffness that nodes take of it in the preconditioner, beside their weights [-]: their
-/// own part of it is the square of the weight, and of a motion in common all of it.
-const CONTACT_SHARE: f64 = 0.5;
 
 /// A particle's place on the grid for the step.
 #[derive(Clone, Debug)]
@@ -61,7 +55,7 @@ pub(super) struct Slope {
     /// Force of stress and contact at each seat \[N\].
     forces: Vec<DVec3>,
     /// What the contact forces, inertia and weight come to: the norm that R is judged by \[N\].
-    pub(super) scale: f64,
+    scale: f64,
     /// Whether no cell was turned inside out.
     pub(super) is_sound: bool,
 }
@@ -74,6 +68,13 @@ struct Motion {
     gradient: DMat3,
     /// A, or none where a cell is turned inside out.
     cayley: Option<DMat3>,
+}
+
+impl Slope {
+    /// Forces out of balance over those that clay bears [-].
+    pub(super) fn quality(&self) -> f64 {
+        dot(&self.residual, &self.residual).sqrt() / self.scale.max(f64::MIN_POSITIVE)
+    }
 }
 
 impl<'a> System<'a> {
@@ -96,8 +97,8 @@ impl<'a> System<'a> {
         };
         let stations: Vec<Station> = particles.iter().map(station).collect();
         let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
-        for (i, particle) in particles.iter().enumerate() {
-            cells.entry((particle.position.floor().as_ivec3().to_array(), particle.key())).or_default().push(i);
+        for (i, (particle, station)) in particles.iter().zip(&stations).enumerate() {
+            cells.entry((station.at.floor().as_ivec3().to_array(), particle.key())).or_default().push(i);
         }
         Self { around, particles, stations, cells: cells.into_values().collect(), unknowns }
     }
@@ -148,17 +149,13 @@ impl<'a> System<'a> {
 
     /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
     pub(super) fn guess(&self) -> Vec<DVec3> {
-        /// Weight within a step that clay at rest would fall through [cells].
-        const FALL_MAX: f64 = 0.1;
-        /// Way of a first guess [cells].
-        const WAY_MAX: f64 = 0.7;
         let (dt, cell_width) = (self.around.plan.dt, self.around.domain.cell_width);
         let guess = |unknown: &super::unknowns::Unknown| {
             let weight = self.around.gravity_step(unknown.node);
-            let falls = (weight * dt).length() < FALL_MAX * cell_width;
+            let falls = (weight * dt).length() < GUESS_FALL_MAX * cell_width;
             let way = (if falls { unknown.velocity } else { unknown.velocity - weight }) * dt;
             let held = unknown.free.cmpne(DVec3::ZERO);
-            let way = way.clamp_length_max(WAY_MAX * cell_width);
+            let way = way.clamp_length_max(GUESS_WAY_MAX * cell_width);
             // Too light to be found, but moved along by its own; walls keep their 0.
             if held == glam::BVec3::FALSE { way } else { DVec3::select(held, way, DVec3::ZERO) }
         };
@@ -203,6 +200,17 @@ impl<'a> System<'a> {
         self.collect(u, forces, &pressed, is_sound)
     }
 
+    /// What becomes of each particle at the displacements `u` \[m\]: the law's update, the change of ln J by
+    /// its cell, and its own displacement \[m\].
+    #[cfg(test)]
+    pub(super) fn after(&self, u: &[DVec3]) -> Vec<(law::Advanced, f64, DVec3)> {
+        let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
+        let cayley = |motion: &Motion| motion.cayley.expect("no cell is turned inside out");
+        let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
+        let shared = self.shared(&updates);
+        motions.iter().zip(updates).zip(shared).map(|((motion, update), shared)| (update, shared.0, motion.moved)).collect()
+    }
+
     /// R of the unknowns from the forces at the seats.
     fn collect(&self, u: &[DVec3], forces: Vec<DVec3>, pressed: &[DVec3], is_sound: bool) -> Slope {
         let dt = self.around.plan.dt;
@@ -240,7 +248,18 @@ impl<'a> System<'a> {
                 extra[seat.unknown] += CONTACT_SHARE * *weight * press.stiffness;
             }
         }
-        Finest { grid, unknowns: &self.unknowns, fill, diagonal, extra }
+        let unknowns = &self.unknowns;
+        Finest {
+            places: unknowns.all.iter().map(|u| (u.node, u.key)).collect(),
+            free: unknowns.all.iter().map(|u| u.free).collect(),
+            find: Box::new(|node, key| unknowns.of_field(grid, grid.index(node)?, key)),
+            fill,
+            diagonal,
+            extra,
+            mu,
+            lambda,
+            cell_width,
+        }
     }
 
     /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's report.

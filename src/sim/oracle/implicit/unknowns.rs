@@ -6,14 +6,11 @@
 //! less than [`ACTIVE_MASS`] of a full cell's mass is no unknown: it goes where its own momentum takes it.
 
 use super::super::super::cut::CutKey;
+use super::super::super::implicit::ACTIVE_MASS;
 use super::super::grid::Grid;
 use super::super::tools::Surroundings;
 use super::super::walls::Column;
 use glam::{DVec3, IVec3};
-
-/// Mass [full cells] below which a field is no unknown. Forces on it fall as its weight, its stiffness as the
-/// square of that, so that a step would fling it: with 1e-3 some runs blew up, 1e-1 costs 2 % of force.
-pub(super) const ACTIVE_MASS: f64 = 1e-2;
 
 /// One unknown displacement.
 #[derive(Clone, Copy, Debug)]

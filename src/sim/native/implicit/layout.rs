@@ -1,0 +1,112 @@
+//! Which slots the unknowns of a step stand in, and which nodes move as others do.
+//!
+//! A slot is a block of nodes as the clay of one class has them. Clay of a class sees, in the blocks about
+//! its own, the slots of its class, and where there is none the untagged one. A class has a slot in every
+//! block whose nodes its clay reaches, so that cells of a class have all their corners in slots of it.
+
+use super::super::super::cut::CutKey;
+use super::super::state::NEIGHBOURS;
+use super::vectors::{Block3, for_each};
+use glam::IVec3;
+
+/// Where a slot stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) block: IVec3,
+    pub(super) key: CutKey,
+}
+
+/// A node that is no unknown of its own: it moves as `image` of another, component by component -1, 0 or 1.
+///
+/// Within a slot: the outer node of a wall's column, image of the inner one. From slot to slot of one block:
+/// a class that moves with another there, as itself.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Link {
+    /// Slot and node.
+    pub(super) from: (u32, u8),
+    pub(super) to: (u32, u8),
+    pub(super) image: [f32; 3],
+}
+
+/// The slots of a level and what ties their nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layout {
+    pub(super) slots: Vec<Place>,
+    /// Slot + 1 of the block at each offset of [`NEIGHBOURS`], as the clay of the slot's class sees it; 0 if
+    /// there is none.
+    pub(super) neighbours: Vec<[u32; 27]>,
+    /// In the order of folding: what is folded onto a node comes before that node itself is folded.
+    pub(super) links: Vec<Link>,
+}
+
+impl Layout {
+    /// Finds the neighbours of the slots anew.
+    pub(super) fn find_neighbours(&mut self, index: &Index) {
+        self.neighbours.clear();
+        self.neighbours.resize(self.slots.len(), [0; 27]);
+        let slots = &self.slots;
+        for_each(&mut self.neighbours, |slot, neighbours| {
+            let Place { block, key } = slots[slot];
+            *neighbours = NEIGHBOURS.map(|offset| index.seen(block + offset, key).map_or(0, |found| found + 1));
+        });
+    }
+
+    /// Brings what linked nodes got to the nodes that move in their place, and leaves 0 there.
+    pub(super) fn fold(&self, vector: &mut [Block3]) {
+        for Link { from, to, image } in &self.links {
+            for d in 0..3 {
+                let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
+                vector[to.0 as usize].0[d][usize::from(to.1)] += image[d] * got;
+            }
+        }
+    }
+
+    /// Adds what linked nodes have of a diagonal to that of the nodes that move in their place.
+    pub(super) fn fold_diagonal(&self, vector: &mut [Block3]) {
+        for Link { from, to, image } in &self.links {
+            for d in 0..3 {
+                let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
+                vector[to.0 as usize].0[d][usize::from(to.1)] += image[d].abs() * got;
+            }
+        }
+    }
+
+    /// Gives linked nodes the image of what the nodes have that move in their place.
+    pub(super) fn expand(&self, vector: &mut [Block3]) {
+        for Link { from, to, image } in self.links.iter().rev() {
+            for d in 0..3 {
+                vector[from.0 as usize].0[d][usize::from(from.1)] = image[d] * vector[to.0 as usize].0[d][usize::from(to.1)];
+            }
+        }
+    }
+}
+
+/// Finds slots by block and class.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Index(Vec<(u64, CutKey, u32)>);
+
+/// A block's coordinates in one number.
+fn packed(block: IVec3) -> u64 {
+    let [x, y, z] = block.to_array().map(|c| u64::from((c + (1 << 20)).cast_unsigned()));
+    x << 42 | y << 21 | z
+}
+
+impl Index {
+    /// Takes other slots.
+    pub(super) fn rebuild(&mut self, slots: &[Place]) {
+        self.0.clear();
+        self.0.extend(slots.iter().zip(0..).map(|(place, slot)| (packed(place.block), place.key, slot)));
+        self.0.sort_unstable();
+    }
+
+    /// The slot of a class in a block.
+    pub(super) fn find(&self, block: IVec3, key: CutKey) -> Option<u32> {
+        let at = self.0.binary_search_by_key(&(packed(block), key), |entry| (entry.0, entry.1)).ok()?;
+        Some(self.0[at].2)
+    }
+
+    /// The slot that clay of a class sees in a block.
+    pub(super) fn seen(&self, block: IVec3, key: CutKey) -> Option<u32> {
+        self.find(block, key).or_else(|| self.find(block, CutKey::UNTAGGED).filter(|_| !key.is_untagged()))
+    }
+}

@@ -1,0 +1,283 @@
+//! One level of the preconditioner: its operators, and what a cycle does on it.
+
+use super::super::super::super::cut::CutKey;
+use super::super::super::nodes::{local, offset};
+use super::super::layout::{Index, Layout, Link, Place};
+use super::super::vectors::{Block3, Vector, for_each};
+use super::elements::{self, Cells, Modes};
+use super::transfer::{self, Partial};
+use glam::IVec3;
+
+/// What the finest level is made of. Vectors are folded.
+pub(in super::super) struct Finest<'a> {
+    pub(in super::super) layout: &'a Layout,
+    /// How full each cell is of the slot's class; cells stand at their low corners.
+    pub(in super::super) fill: &'a [[f32; 64]],
+    /// The splines' diagonal.
+    pub(in super::super) diagonal: &'a [Block3],
+    /// Inertia and contact.
+    pub(in super::super) extra: &'a [Block3],
+    /// 1, or 0 where nothing is to be found: at linked nodes, at what walls hold, where there is too little
+    /// clay.
+    pub(in super::super) free: &'a [Block3],
+    /// Moduli, in the units of the other two.
+    pub(in super::super) mu: f32,
+    pub(in super::super) lambda: f32,
+}
+
+/// One level. What is free is where `inverse` is not 0.
+#[derive(Debug, Default)]
+pub(super) struct Level {
+    /// With the links from slot to slot alone.
+    pub(super) layout: Layout,
+    pub(super) fill: Vec<[f32; 64]>,
+    cells: Vec<Cells>,
+    modes: Modes,
+    /// The elements' diagonal, which the three components share.
+    own: Vec<[f32; 64]>,
+    /// What the diagonal has beyond that.
+    pub(super) added: Vector,
+    /// The smoother's weight over the diagonal.
+    pub(super) inverse: Vector,
+    /// Whether a slot has anything that is free, or that is tied.
+    pub(super) is_used: Vec<bool>,
+    /// Slot + 1 of the next level at the parent and its upper neighbours, z fastest; 0 if there is none.
+    parents: Vec<[u32; 8]>,
+    /// Slot + 1 of the level before at the blocks -1 ..= 1 about the first child, z fastest.
+    children: Vec<[u32; 27]>,
+    /// What is to be solved for; the finest level's is the caller's.
+    pub(super) residual: Vector,
+    pub(super) z: Vector,
+    pub(super) left: Vector,
+    pub(super) partials: Vec<Partial>,
+}
+
+/// What the slots in use give to coarse nodes, where they are free.
+pub(super) fn restrict(partials: &mut [Partial], is_used: &[bool], values: &[Block3], inverse: &[Block3]) {
+    for_each(partials, |slot, partial| {
+        if is_used[slot] {
+            transfer::restrict(&values[slot], &inverse[slot], partial);
+        }
+    });
+}
+
+impl Level {
+    /// The finest level; `weight` is the smoother's.
+    pub(super) fn set_finest(&mut self, finest: &Finest<'_>, weight: f32) {
+        self.layout.slots.clone_from(&finest.layout.slots);
+        self.layout.neighbours.clone_from(&finest.layout.neighbours);
+        self.layout.links.clear();
+        self.layout.links.extend(finest.layout.links.iter().filter(|link| link.from.0 != link.to.0));
+        self.fill.clear();
+        self.fill.extend_from_slice(finest.fill);
+        self.set_cells(Modes::new(finest.mu, finest.lambda, 1.0));
+        self.set_own((finest.lambda + 4.0 * finest.mu) / 9.0);
+        self.added.resize(self.layout.slots.len(), Block3::ZERO);
+        let own = &self.own;
+        for_each(&mut self.added, |slot, added| {
+            let (splines, extra) = (finest.diagonal[slot].flat(), finest.extra[slot].flat());
+            for (i, added) in added.flat_mut().iter_mut().enumerate() {
+                *added = (splines[i] - own[slot][i % 64]).max(0.0) + extra[i];
+            }
+        });
+        self.set_inverse(|slot| finest.free[slot], weight);
+    }
+
+    /// The slots that `fine`'s are interpolated from, and what ties their nodes.
+    pub(super) fn set_slots(&mut self, fine: &mut Self, index: &mut Index) {
+        let slots = &mut self.layout.slots;
+        slots.clear();
+        for Place { block, key } in &fine.layout.slots {
+            let all = transfer::parents_of(*block).filter(|(e, ..)| *e == 0 || !key.is_untagged());
+            slots.extend(all.map(|(_, block, _)| Place { block, key: *key }));
+        }
+        slots.sort_unstable_by_key(|place| (place.block.to_array(), place.key));
+        slots.dedup();
+        index.rebuild(slots);
+        self.layout.find_neighbours(index);
+        let slots = &self.layout.slots;
+        self.children.clear();
+        self.children.resize(slots.len(), [0; 27]);
+        fine.parents.clear();
+        for (Place { block, key }, slot) in fine.layout.slots.iter().zip(1..) {
+            let mut parents = [0; 8];
+            for (e, parent, child) in transfer::parents_of(*block) {
+                let Some(found) = index.find(parent, *key) else { continue };
+                parents[e] = found + 1;
+                self.children[found as usize][(13 + child.x * 9 + child.y * 3 + child.z) as usize] = slot;
+            }
+            fine.parents.push(parents);
+        }
+        self.set_ties(fine, index);
+    }
+
+    /// Ties nodes of classes that have no slot at their place on the level before to the untagged ones, and
+    /// others as those of the level before.
+    fn set_ties(&mut self, fine: &Self, index: &Index) {
+        let Layout { slots, links, .. } = &mut self.layout;
+        links.clear();
+        for (slot, place) in slots.iter().enumerate().filter(|(_, place)| !place.key.is_untagged()) {
+            let Some(untagged) = index.find(place.block, CutKey::UNTAGGED) else { continue };
+            let has_none = |node: &usize| {
+                let half = offset(*node) / 2;
+                self.children[slot][(13 + half.x * 9 + half.y * 3 + half.z) as usize] == 0
+            };
+            let tie = |node: usize| Link { from: (slot as u32, node as u8), to: (untagged, node as u8), image: [1.0; 3] };
+            links.extend((0..64).filter(has_none).map(tie));
+        }
+        let on_coarse = |(slot, node): (u32, u8)| {
+            let at = fine.layout.slots[slot as usize].block.rem_euclid(IVec3::splat(2)) * 4 + offset(node.into());
+            let parent = fine.parents[slot as usize][0];
+            (at % 2 == IVec3::ZERO && parent > 0).then(|| (parent - 1, local(at.x / 2, at.y / 2, at.z / 2) as u8))
+        };
+        let coarse = |link: &Link| Some(Link { from: on_coarse(link.from)?, to: on_coarse(link.to)?, image: link.image });
+        links.extend(fine.layout.links.iter().filter_map(coarse));
+    }
+
+    /// The operators on slots that are there already, of the level before with its extra diagonal in its
+    /// partial sums.
+    pub(super) fn set_coarse(&mut self, fine: &Self, (mu, lambda): (f32, f32), width: i32, weight: f32) {
+        let count = self.layout.slots.len();
+        let children = std::mem::take(&mut self.children);
+        // The eight of it by the child that they are in, and the first of them there.
+        let child = |slot: usize, n: IVec3| {
+            let half = n / 2;
+            let child = children[slot][(13 + half.x * 9 + half.y * 3 + half.z) as usize].checked_sub(1)?;
+            Some((child as usize, (n % 2) * 2))
+        };
+        self.fill.resize(count, [0.0; 64]);
+        for_each(&mut self.fill, |slot, fill| {
+            *fill = std::array::from_fn(|cell| {
+                let Some((child, first)) = child(slot, offset(cell)) else { return 0.0 };
+                let of = |c: i32| fine.fill[child][local(first.x + (c >> 2), first.y + (c >> 1 & 1), first.z + (c & 1))];
+                (0..8).map(of).sum::<f32>() / 8.0
+            });
+        });
+        let width = width as f32;
+        self.set_cells(Modes::new(mu, lambda, width));
+        self.set_own(width * (lambda + 4.0 * mu) / 9.0);
+        let free = |slot: usize| {
+            let mut free = Block3::ZERO;
+            for node in 0..64 {
+                let Some((child, at)) = child(slot, offset(node)) else { continue };
+                for a in 0..3 {
+                    free.0[a][node] = f32::from(fine.inverse[child].0[a][local(at.x, at.y, at.z)] > 0.0);
+                }
+            }
+            free
+        };
+        self.added.resize(count, Block3::ZERO);
+        for_each(&mut self.added, |slot, added| transfer::collect(&children[slot], &fine.partials, added));
+        self.layout.fold(&mut self.added);
+        for_each(&mut self.added, |slot, added| {
+            added.flat_mut().iter_mut().zip(free(slot).flat()).for_each(|(added, free)| *added *= free);
+        });
+        self.set_inverse(free, weight);
+        self.children = children;
+    }
+
+    fn set_cells(&mut self, modes: Modes) {
+        self.modes = modes;
+        self.cells.resize(self.fill.len(), Cells::EMPTY);
+        let (slots, neighbours, fill) = (&self.layout.slots, &self.layout.neighbours, &self.fill);
+        for_each(&mut self.cells, |slot, cells| {
+            *cells = Cells::new(|i| {
+                let seen = neighbours[slot][i].checked_sub(1)? as usize;
+                (slots[seen].key == slots[slot].key).then(|| &fill[seen])
+            });
+        });
+    }
+
+    /// The elements' diagonal: `share` of the fill of the cells about.
+    fn set_own(&mut self, share: f32) {
+        self.own.resize(self.cells.len(), [0.0; 64]);
+        let cells = &self.cells;
+        for_each(&mut self.own, |slot, own| *own = cells[slot].about_nodes().map(|fill| share * fill));
+        for Link { from, to, .. } in &self.layout.links {
+            let got = std::mem::take(&mut self.own[from.0 as usize][usize::from(from.1)]);
+            self.own[to.0 as usize][usize::from(to.1)] += got;
+        }
+    }
+
+    /// The smoother, and room for vectors.
+    fn set_inverse(&mut self, free: impl Fn(usize) -> Block3 + Sync + Send, weight: f32) {
+        let count = self.layout.slots.len();
+        self.inverse.resize(count, Block3::ZERO);
+        let (own, added) = (&self.own, &self.added);
+        for_each(&mut self.inverse, |slot, inverse| {
+            let (free, added) = (free(slot), added[slot].flat());
+            for (i, inverse) in inverse.flat_mut().iter_mut().enumerate() {
+                let diagonal = own[slot][i % 64] + added[i];
+                *inverse = if diagonal > 0.0 { weight * free.flat()[i] / diagonal } else { 0.0 };
+            }
+        });
+        self.is_used.clear();
+        self.is_used.extend(self.inverse.iter().map(|inverse| *inverse != Block3::ZERO));
+        self.layout.links.iter().for_each(|tie| self.is_used[tie.from.0 as usize] = true);
+        self.layout.links.iter().for_each(|tie| self.is_used[tie.to.0 as usize] = true);
+        for vector in [&mut self.z, &mut self.left, &mut self.residual] {
+            vector.resize(count, Block3::ZERO);
+        }
+        self.partials.clear();
+        self.partials.resize(count, Partial::ZERO);
+    }
+
+    /// Unknowns that are free along some axis.
+    pub(super) fn free_count(&self) -> usize {
+        let of = |inverse: &Block3| (0..64).filter(|n| (0..3).any(|a| inverse.0[a][*n] > 0.0)).count();
+        self.inverse.iter().map(of).sum()
+    }
+
+    /// `z = w r / diagonal`.
+    pub(super) fn smooth_from_zero(&mut self, residual: &[Block3]) {
+        for_each(&mut self.z, |slot, z| {
+            let (inverse, residual) = (self.inverse[slot].flat(), residual[slot].flat());
+            z.flat_mut().iter_mut().enumerate().for_each(|(i, z)| *z = inverse[i] * residual[i]);
+        });
+        self.layout.expand(&mut self.z);
+    }
+
+    /// `left = r - A z`; where nothing is free it means nothing.
+    pub(super) fn find_left(&mut self, residual: &[Block3]) {
+        for_each(&mut self.left, |slot, left| {
+            if !self.is_used[slot] {
+                return;
+            }
+            *left = Block3::ZERO;
+            if !self.cells[slot].is_empty() {
+                elements::add_product(&self.modes, &self.cells[slot], &self.z, &self.layout.neighbours[slot], left);
+            }
+            let (residual, added, z) = (residual[slot].flat(), self.added[slot].flat(), self.z[slot].flat());
+            left.flat_mut().iter_mut().enumerate().for_each(|(i, left)| *left = residual[i] - *left - added[i] * z[i]);
+        });
+        self.layout.fold(&mut self.left);
+    }
+
+    /// Smooths once more.
+    pub(super) fn smooth(&mut self) {
+        for_each(&mut self.z, |slot, z| {
+            if self.is_used[slot] {
+                let (inverse, left) = (self.inverse[slot].flat(), self.left[slot].flat());
+                z.flat_mut().iter_mut().enumerate().for_each(|(i, z)| *z += inverse[i] * left[i]);
+            }
+        });
+    }
+
+    /// Takes the level before's partial sums as what is to be solved for.
+    pub(super) fn collect(&mut self, partials: &[Partial]) {
+        for_each(&mut self.residual, |slot, sum| transfer::collect(&self.children[slot], partials, sum));
+        self.layout.fold(&mut self.residual);
+    }
+
+    /// Adds the next level's solution.
+    pub(super) fn correct(&mut self, coarse: &mut Self) {
+        coarse.layout.expand(&mut coarse.z);
+        for_each(&mut self.z, |slot, z| {
+            if self.is_used[slot] {
+                let block = self.layout.slots[slot].block;
+                transfer::interpolate(block, &self.parents[slot], &coarse.z, &self.inverse[slot], z);
+            }
+        });
+        self.layout.expand(&mut self.z);
+    }
+}

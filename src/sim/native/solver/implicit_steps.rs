@@ -1,0 +1,83 @@
+//! The loop of implicit steps.
+
+use super::super::super::coefficients::Coefficients;
+use super::super::super::frame::FramePlan;
+use super::super::averaging;
+use super::super::contact::ToolNow;
+use super::super::grid_step::GridStep;
+use super::super::implicit;
+use super::super::particle_step::ParticleStep;
+use super::super::passes;
+use super::super::step::Step;
+use super::{Failure, Solver, Tally};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+impl Solver {
+    /// The loop of implicit steps.
+    pub(super) fn attempt_implicit(
+        &mut self,
+        plan: &FramePlan,
+        dt: f64,
+        steps: u32,
+        passes: u32,
+        stop: &AtomicBool,
+    ) -> Result<Tally, Failure> {
+        let mut tally = Tally::default();
+        let domain = self.domain;
+        let coefficients = Coefficients::new(plan, &domain, dt);
+        let (step, gravity, springs) = (Step::new(&coefficients, self.fma), coefficients.gravity, coefficients.contact);
+        let (material, cutting) = (&plan.material, plan.cutting);
+        #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
+        let averaging = if plan.averages() { plan.volume_averaging as f32 } else { 0.0 };
+        self.is_sorted &= !self.state.drop_plates(plan);
+        self.state.begin_frame(&step);
+        for s in 0..steps {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Failure::Stopped);
+            }
+            let t = f64::from(s) * dt;
+            let tools: Vec<ToolNow> =
+                plan.tools.iter().map(|path| ToolNow::new(path, &domain, &plan.validation, t, t + dt)).collect();
+            let tools = &tools;
+            let particles =
+                ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls: false, tools };
+            self.sort_by_middles(&mut tally);
+            let near = self.near_blades(&particles, tools);
+            if near.iter().any(|near| *near) {
+                self.is_sorted = false;
+                tally.add_tags(&passes::tag(&particles, &mut self.state, &|i| near[i]));
+                self.sort_by_middles(&mut tally);
+            }
+            let began = Instant::now();
+            let nodes = GridStep::new(&coefficients, plan, &domain, dt, s);
+            let clay = (&mut self.state, &mut self.grid, &mut self.tiles);
+            let report = implicit::step(&mut self.implicit, clay, (&particles, &nodes), &mut self.arrivals, averaging, passes)
+                .map_err(Failure::Health)?;
+            self.is_sorted = false;
+            tally.timings.particles += began.elapsed().as_secs_f64();
+            tally.add_grid(&report.grid);
+            tally.clamped += report.clamped;
+            tally.passes += report.passes;
+            tally.rejected += report.rejected;
+            tally.residual = tally.residual.max(report.residual);
+            tally.unbalanced += report.unbalanced;
+        }
+        self.is_sorted = false;
+        self.sort(&mut tally);
+        self.grow_together(&step, plan, &mut tally);
+        if plan.averages() {
+            averaging::average_volumes(&mut self.state, plan.volume_averaging);
+        }
+        self.state.end_frame(&step);
+        Ok(tally)
+    }
+
+    /// Sorts by where the particles' stencils stand in the implicit step that begins.
+    fn sort_by_middles(&mut self, tally: &mut Tally) {
+        self.state.step_ahead(0.5);
+        self.is_sorted = false;
+        self.sort(tally);
+        self.state.step_ahead(-0.5);
+    }
+}
