@@ -161,6 +161,21 @@ mod tests {
         let error = read::<Record>(&file).expect_err("no record");
         assert!(error.contains("rows.json") && error.contains("line 2"), "{error}");
     }
+
+    /// A file that is read and written again is the same: figures keep their last bit.
+    #[test]
+    fn figures_survive_their_file_to_the_last_bit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("rows.json");
+        let mut all = vec![record("bar", "b", Size::Full, EngineKind::Native); 1000];
+        all.iter_mut().zip(1..).for_each(|(r, i)| r.row.value = 1e-6 * f64::from(i).sqrt());
+        let text = text(&all).expect("JSON");
+        write(&file, &text).expect("written");
+        let back: Vec<Record> = read(&file).expect("read");
+        assert_eq!(all.iter().zip(&back).filter(|(a, b)| a.row.value != b.row.value).count(), 0);
+        assert!(super::text(&back).as_deref() == Ok(&text), "other bytes");
+    }
+
     /// A file whose folder is missing is written, one in whose folder's place a file stands is named, and
     /// takes no other with it.
     #[test]
