@@ -151,9 +151,12 @@ fn put_up(shot: &Shot, commands: &mut Commands, (meshes, images, materials, look
             place.insert((Clay::snapshot((**snapshot).clone()), settings, ClayClock { paused: true, ..default() }));
         }
         Subject::Mesh(surface) => {
-            place.insert((Mesh3d(meshes.add(studio::mesh(surface))), MeshMaterial3d(looks.add(ClayLook::material()))));
+            place.insert(Mesh3d(meshes.add(studio::mesh(surface))));
         }
     }
+    // In one tone: the second is constant on a triangle, and would draw the triangles of hollows as teeth.
+    let look = ClayLookMaterial { base: ClayLook::base(), extension: ClayLook { tone: 0.0, ..default() } };
+    place.insert(MeshMaterial3d(looks.add(look)));
     let floor = meshes.add(Plane3d::default().mesh().size(40.0 * radius, 40.0 * radius));
     let grey = materials.add(Color::srgb(0.55, 0.57, 0.6));
     commands.spawn((Passing, Mesh3d(floor), MeshMaterial3d(grey), Transform::from_xyz(centre.x, low.y, centre.z)));
