@@ -25,6 +25,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// How often a frame is redone for more room or finer bookkeeping before that counts as trouble of the clay.
+/// Each doubles a bound, and from the least on speed to a cell a substep are 12: see docs/EVIDENCE.md.
 const RETRY_MAX: u32 = 16;
 
 /// Time on the device that clay takes of one frame of an app [s]: most of a sixtieth of a second; the rest is
