@@ -6,7 +6,7 @@
 //! of the one before it takes those of the other.
 
 use super::super::cut::{PLATE_SHEET, SheetSet};
-use super::super::frame::{FramePlan, FrameReport};
+use super::super::frame::{FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::snapshot::Snapshot;
 use super::super::tool::ToolPath;
@@ -153,7 +153,9 @@ impl Sheets {
         if report.health.contains(Health::GIVEN_UP) {
             return;
         }
-        let tools = report.tools.iter().map(|tool| (tool.id, tool.contacts + tool.tagged > 0)).collect();
+        // Clay that runs ahead of a fast blade presses on it at no node; what lags behind is put back.
+        let is_touching = |tool: &ToolReport| tool.contacts + tool.tagged + tool.pushed_back > 0;
+        let tools = report.tools.iter().map(|tool| (tool.id, is_touching(tool))).collect();
         self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
     }
 
@@ -215,7 +217,6 @@ impl Sheets {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::frame::ToolReport;
     use super::super::super::material::ClayMaterial;
     use super::super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
     use super::super::StepLimits;
@@ -268,6 +269,19 @@ mod tests {
         assert_eq!(dealt(&mut sheets, 3), [5, 2, 3], "1 is cut, 2 and 3 are blades', 4 is cut");
         sheets.note(&mut report(2, 0, &[4]));
         assert_eq!(dealt(&mut sheets, 4), [5, 2, 3], "kept until it cuts");
+    }
+
+    /// A blade that clay runs ahead of is in it as long as it puts particles back.
+    #[test]
+    fn blade_that_puts_clay_back_is_in_it() {
+        let mut sheets = Sheets::default();
+        for frame in 0..8 {
+            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "frame {frame}");
+            let mut report = report(frame, u64::from(frame == 0), &[1]);
+            report.tools[0].pushed_back = if frame < 6 { 7 } else { 0 };
+            sheets.note(&mut report);
+        }
+        assert_eq!(dealt(&mut sheets, 8), [4, 2, 3], "out of the clay since frame 6");
     }
 
     /// Where every sheet is in use, a visit takes the one that was dealt longest ago, those of the clay as
