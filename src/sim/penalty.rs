@@ -140,6 +140,16 @@ impl Springs {
         Some(Touch { force: push * surface.normal - self.tangential * kept, anchor: Some(anchor) })
     }
 
+    /// The diagonal of the stiffness with which a surface gives `force` to a particle at `at`: the spring
+    /// across, along it the force over the slip.
+    pub(crate) fn stiffness(&self, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) -> DVec3 {
+        let across = surface.normal * surface.normal;
+        let slip = (at - anchor.unwrap_or(at)).reject_from_normalized(surface.normal).length();
+        let along = force.reject_from_normalized(surface.normal).length();
+        let tangential = if slip > 0.0 { along / slip } else { 0.0 };
+        self.normal * across + tangential * (1.0 - across)
+    }
+
     /// The force along the normal at a gap: the slope of the potential, downwards.
     fn push(&self, gap: f64) -> f64 {
         (-self.normal * gap).max(-self.strength)

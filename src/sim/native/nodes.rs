@@ -50,6 +50,26 @@ pub(super) type Ghosts = [Option<Incompatible>; 64];
 /// are made of.
 pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
 
+/// Calls `each` with the index of a node in the block at `offset` and in our tile, for every node of it that
+/// our tile holds.
+#[inline(always)]
+pub(super) fn for_arena_nodes(offset: IVec3, mut each: impl FnMut(usize, usize)) {
+    // From `low` to `high` of the neighbour's coordinates, at `shift` in our tile.
+    let range = |o: i32| match o {
+        -1 => (3, 4, -4),
+        0 => (0, 4, 0),
+        _ => (0, 2, 4),
+    };
+    let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
+    for i in x.0..x.1 {
+        for j in y.0..y.1 {
+            for k in z.0..z.1 {
+                each(local(i, j, k), Tile::at(i + x.2, j + y.2, k + z.2));
+            }
+        }
+    }
+}
+
 /// Calls `each` with a node of a block and its index in the tile of the neighbour at `offset`, for every node
 /// that this tile holds.
 #[inline(always)]

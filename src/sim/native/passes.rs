@@ -7,7 +7,7 @@ use super::ghost;
 use super::grid::{Grid, Tiles};
 use super::grid_step::GridReport;
 use super::kernel::{self, Tile};
-use super::nodes::local;
+use super::nodes::for_arena_nodes;
 use super::particle_step::ParticleStep;
 use super::penalty::Presses;
 use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split};
@@ -37,19 +37,7 @@ fn arena(grid: &Grid, table: &Table, block: IVec3, key: CutKey) -> Tile {
     for offset in NEIGHBOURS {
         let Some(slot) = table.slot(block + offset) else { continue };
         let nodes = grid.nodes_of(slot, key);
-        let range = |o: i32| match o {
-            -1 => (3, 4, -4),
-            0 => (0, 4, 0),
-            _ => (0, 2, 4),
-        };
-        let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-        for i in x.0..x.1 {
-            for j in y.0..y.1 {
-                for k in z.0..z.1 {
-                    out.0[Tile::at(i + x.2, j + y.2, k + z.2)] = nodes[local(i, j, k)];
-                }
-            }
-        }
+        for_arena_nodes(offset, |from, to| out.0[to] = nodes[from]);
     }
     out
 }

@@ -80,6 +80,8 @@ struct Tally {
     rejected: u32,
     residual: f64,
     unbalanced: DVec3,
+    /// Mass of the nodes in the last implicit step.
+    node_mass: f64,
 }
 
 impl Tally {
@@ -436,7 +438,11 @@ impl Solver {
         let mut report = FrameReport { plan_id: plan.id, redone, dt, steps, time: self.time, ..FrameReport::default() };
         self.sums.write(&mut report, plan);
         report.momentum_before = before.momentum * density;
-        report.grid_mass = if steps > 0 && tally.passes == 0 { self.grid.mass() * node_mass } else { report.particle_mass };
+        report.grid_mass = match plan.integrator {
+            _ if steps == 0 => report.particle_mass,
+            Integrator::Explicit { .. } => self.grid.mass() * node_mass,
+            Integrator::Implicit { .. } => tally.node_mass * node_mass,
+        };
         report.gravity_impulse = plan.gravity * plan.material.density * self.sums.volume * dt * f64::from(steps);
         report.gravity_impulse += tally.grid.body_impulse * unit;
         report.wall_impulse = tally.grid.wall_impulse * unit;
@@ -445,10 +451,7 @@ impl Solver {
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
         report.welded = tally.welded;
-        report.passes = match plan.integrator {
-            Integrator::Explicit { .. } => steps,
-            Integrator::Implicit { .. } => tally.passes,
-        };
+        report.passes = tally.passes;
         (report.rejected, report.residual) = (tally.rejected, tally.residual);
         report.unbalanced_impulse = tally.unbalanced * unit;
         report.sheets = self.state.sheets();

@@ -96,8 +96,8 @@ pub(super) fn touch(
     impulse
 }
 
-/// The slip and stick walls at which a particle has arrived at `position` \[cells\], or was and has not left, a
-/// bit each.
+/// The slip and stick walls at which a particle has arrived at `position` \[cells\], or was and has not
+/// left, a bit each.
 pub(super) fn is_arrived(particle: &Particle, position: DVec3, around: &Surroundings) -> u32 {
     let domain = around.domain;
     let volume = particle.rest_volume / domain.cell_width.powi(3);

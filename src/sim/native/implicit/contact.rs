@@ -3,7 +3,7 @@
 
 use super::super::super::coefficients::ContactCoefficients;
 use super::super::super::params::Domain;
-use super::super::super::penalty::{FOUND_DEPTH, Springs, Surface, reach};
+use super::super::super::penalty::{FOUND_DEPTH, Surface, reach};
 use super::super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::super::super::tool::Contact;
 use super::super::contact::ToolNow;
@@ -83,7 +83,8 @@ impl<'a> Near<'a> {
             };
             let springs = self.springs.of(sum.volume);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
-            sum.add(&springs, &surface, at, anchor, touch.force);
+            sum.force += touch.force;
+            sum.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             sum.tools.push((index, touch.force));
             if let (Some(seat), Some(anchor)) = (sum.anchors.get_mut(count), touch.anchor) {
                 *seat = Anchor::on(tool.id, to.to_local(anchor));
@@ -101,7 +102,8 @@ impl<'a> Near<'a> {
             let springs = self.springs.of(sum.volume);
             let anchor = (cold.walls & wall.bit() != 0).then_some(at);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
-            sum.add(&springs, &surface, at, anchor, touch.force);
+            sum.force += touch.force;
+            sum.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             sum.on_walls += touch.force;
             sum.walls |= if touch.anchor.is_some() { wall.bit() } else { 0 };
         }
@@ -124,15 +126,4 @@ struct Sum {
     on_walls: DVec3,
     anchors: [Anchor; ANCHORS_MAX],
     walls: u32,
-}
-
-impl Sum {
-    fn add(&mut self, springs: &Springs, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) {
-        self.force += force;
-        let across = surface.normal * surface.normal;
-        let slip = (at - anchor.unwrap_or(at)).reject_from_normalized(surface.normal).length();
-        let along = force.reject_from_normalized(surface.normal).length();
-        let tangential = if slip > 0.0 { along / slip } else { 0.0 };
-        self.stiffness += springs.normal * across + tangential * (1.0 - across);
-    }
 }

@@ -1,6 +1,7 @@
 //! The least of the potential, as the oracle's file of this name has it: L-BFGS with two pairs about the
 //! V-cycle, full steps, guarded by slopes.
 
+use super::super::super::health::Health;
 use super::super::super::implicit::{CURVATURE_MIN, CUT, PAIRS};
 use super::System;
 use super::vectors::{Block3, Vector, axpy, dot, scale};
@@ -13,7 +14,7 @@ pub(super) struct Least {
     pub(super) rejected: u32,
 }
 
-/// A pair, and `1 / (s . y)`.
+/// A pair s, y, and `s . y`.
 struct Pair {
     step: Vector,
     change: Vector,
@@ -21,13 +22,15 @@ struct Pair {
 }
 
 impl System<'_> {
-    /// Goes down from the guess in `u` with at most `passes` evaluations.
-    pub(super) fn minimise(&mut self, passes: u32) -> Least {
+    /// Goes down from the guess in `u` with at most `passes` evaluations. A cell that is turned inside out
+    /// even where the clay stands still is a step too long.
+    pub(super) fn minimise(&mut self, passes: u32) -> Result<Least, Health> {
         let mut least = Least { passes: 1, rejected: 0 };
         if !self.evaluate(true) {
             self.hold_still();
-            // What turns a cell inside out even so is what particles bring, and is found as such.
-            let _ = self.evaluate(true);
+            if !self.evaluate(true) {
+                return Err(Health::SPEED);
+            }
             least.passes = 2;
         }
         self.accept();
@@ -52,7 +55,7 @@ impl System<'_> {
                 }
             }
         }
-        least
+        Ok(least)
     }
 
     /// Adds `step` to `u`, cut until the potential falls; false, with `u` as it was, when the passes are used

@@ -62,6 +62,8 @@ pub(super) struct StepReport {
     pub(super) residual: f64,
     /// Particles clamped.
     pub(super) clamped: u64,
+    /// Mass of the nodes.
+    pub(super) mass: f64,
 }
 
 /// Forces at the nodes at a place.
@@ -110,7 +112,7 @@ pub(super) fn step(
     let (slope, accepted) = (Slope::default(), Slope::default());
     let gravity = nodes.gravity;
     let mut system = System { state, tiles, seats, multigrid, pass, gravity, nodes: begun.nodes, u, slope, accepted };
-    let least = system.minimise(passes);
+    let least = system.minimise(passes)?;
     let mut report = system.end()?;
     (report.passes, report.rejected) = (least.passes, least.rejected);
     Ok(report)
@@ -205,8 +207,8 @@ impl System<'_> {
             return Err(Health::SPEED);
         }
         let (clamped, felt) = self.pass.end(self.state, self.seats, &self.u);
-        report.grid.tools = felt.tools.clone();
-        report.grid.add(&GridReport { tools: vec![], ..felt });
+        report.grid.tools = vec![Default::default(); felt.tools.len()];
+        report.grid.add(&felt);
         report.clamped = clamped;
         Ok(report)
     }
@@ -235,6 +237,7 @@ impl System<'_> {
         for (i, own) in nodes.own.iter().enumerate() {
             for (k, own) in own.iter().enumerate() {
                 let mass = f64::from(own[3]);
+                report.mass += mass;
                 if mass == 0.0 {
                     continue;
                 }

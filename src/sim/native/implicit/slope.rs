@@ -5,7 +5,7 @@ use super::super::contact::Moment;
 use super::super::grid::{Tiles, sum};
 use super::super::grid_step::GridReport;
 use super::super::kernel::{Place as Spot, Tile};
-use super::super::nodes::Nodes;
+use super::super::nodes::{Nodes, for_arena_nodes};
 use super::super::particle_step::ParticleStep;
 use super::super::passes::{make_room, work};
 use super::super::simd::{F8, Node};
@@ -24,23 +24,11 @@ fn arena(layout: &Layout, slot: usize, u: &[Block3]) -> Tile {
     for (offset, neighbour) in NEIGHBOURS.iter().zip(&layout.neighbours[slot]) {
         let Some(neighbour) = neighbour.checked_sub(1) else { continue };
         let u = &u[neighbour as usize];
-        let range = |o: i32| match o {
-            -1 => (3, 4, -4),
-            0 => (0, 4, 0),
-            _ => (0, 2, 4),
-        };
-        let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-        for i in x.0..x.1 {
-            for j in y.0..y.1 {
-                for k in z.0..z.1 {
-                    let from = ((i * 4 + j) * 4 + k) as usize;
-                    let to = &mut out.0[Tile::at(i + x.2, j + y.2, k + z.2)].0;
-                    for d in 0..3 {
-                        to[d] = u.0[d][from];
-                    }
-                }
+        for_arena_nodes(*offset, |from, to| {
+            for d in 0..3 {
+                out.0[to].0[d] = u.0[d][from];
             }
-        }
+        });
     }
     out
 }

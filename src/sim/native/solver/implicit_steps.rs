@@ -7,7 +7,6 @@ use super::super::contact::ToolNow;
 use super::super::grid_step::GridStep;
 use super::super::implicit;
 use super::super::particle_step::ParticleStep;
-use super::super::passes;
 use super::super::step::Step;
 use super::{Failure, Solver, Tally};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,12 +42,6 @@ impl Solver {
             let particles =
                 ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls: false, tools };
             self.sort_by_middles(&mut tally);
-            let near = self.near_blades(&particles, tools);
-            if near.iter().any(|near| *near) {
-                self.is_sorted = false;
-                tally.add_tags(&passes::tag(&particles, &mut self.state, &|i| near[i]));
-                self.sort_by_middles(&mut tally);
-            }
             let began = Instant::now();
             let nodes = GridStep::new(&coefficients, plan, &domain, dt, s);
             let clay = (&mut self.state, &mut self.grid, &mut self.tiles);
@@ -62,6 +55,7 @@ impl Solver {
             tally.rejected += report.rejected;
             tally.residual = tally.residual.max(report.residual);
             tally.unbalanced += report.unbalanced;
+            tally.node_mass = report.mass;
         }
         self.is_sorted = false;
         self.sort(&mut tally);

@@ -60,7 +60,8 @@ impl Press {
                 None => comes.then(|| pose.to_world(tool.motion.start.to_local(start))),
             };
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
-            self.add(springs, &surface, at, anchor, touch.force);
+            self.force += touch.force;
+            self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             self.tools.push((index, touch.force));
             self.anchors.extend(touch.anchor.map(|anchor| (id, pose.to_local(anchor) / cell_width)));
         }
@@ -84,20 +85,11 @@ impl Press {
             let surface = Surface { contact, gap, normal, leaving: (gap - gap_before) / around.plan.dt };
             let anchor = (particle.walls >> number & 1 == 1).then_some(at);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
-            self.add(springs, &surface, at, anchor, touch.force);
+            self.force += touch.force;
+            self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             self.on_walls += touch.force;
             self.walls |= u32::from(touch.anchor.is_some()) << number;
         }
-    }
-
-    /// Adds a surface's force and what it resists with.
-    fn add(&mut self, springs: &Springs, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) {
-        self.force += force;
-        let across = surface.normal * surface.normal;
-        let slip = (at - anchor.unwrap_or(at)).reject_from_normalized(surface.normal).length();
-        let along = force.reject_from_normalized(surface.normal).length();
-        let tangential = if slip > 0.0 { along / slip } else { 0.0 };
-        self.stiffness += springs.normal * across + tangential * (1.0 - across);
     }
 
     /// Keeps the anchors and the walls, and gives tools and walls the step's impulses.

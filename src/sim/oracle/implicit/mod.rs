@@ -13,8 +13,7 @@
 //! | `multigrid`  | a V-cycle of three scalar operators, which know how full cells are      |
 //! | `minimise`   | L-BFGS about it, guarded                                                |
 //!
-//! Blades deal sides as in the [explicit step](super::substep), once a step; cuts weld and volumes are
-//! averaged at the frame's end.
+//! No tool deals sides in it yet; cuts weld and volumes are averaged at the frame's end.
 
 mod contact;
 mod minimise;
@@ -30,7 +29,7 @@ use super::grid::Grid;
 use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
-use super::{sides, tags, walls};
+use super::{sides, walls};
 use glam::DVec3;
 use multigrid::Multigrid;
 use residual::System;
@@ -47,8 +46,6 @@ pub(super) fn step(
     frame: &mut FrameReport,
 ) -> Grid {
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
-    tags::take_sides(particles, &around, frame);
-
     let fields = scatter_fields(particles, &around);
     let mut moved = vec![];
     with_system(particles, &fields, &around, |system, guess| {

@@ -262,7 +262,8 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's report.
+    /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's
+    /// report.
     pub(super) fn end(&self, u: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
         let mut moved = self.particles.to_vec();
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
