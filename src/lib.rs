@@ -54,7 +54,7 @@ pub mod prelude {
     pub use crate::sim::health::Health;
     pub use crate::sim::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use crate::sim::native::NativeEngine;
-    pub use crate::sim::planner::{Backlog, Decision, InertiaScaling, Planner};
+    pub use crate::sim::planner::{Backlog, Decision, InertiaScaling, IntegratorChoice, Planner, StepAccuracy};
     pub use crate::sim::snapshot::Snapshot;
     pub use crate::sim::tool::{Contact, Pose, Tool, ToolShape};
     #[cfg(feature = "inspector")]

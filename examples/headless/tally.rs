@@ -3,7 +3,7 @@
 use bevy_clay::prelude::*;
 use std::fmt::Write as _;
 
-const HEADER: &str = "frame,time_s,kinetic_J,elastic_J,J_min,J_max,tool_force_max_N,pushed_back,steps,dt_s,density_scale,speed_max_m_s,kinetic_ratio,real_time_factor,\
+const HEADER: &str = "frame,time_s,kinetic_J,elastic_J,J_min,J_max,tool_force_max_N,pushed_back,steps,passes,residual,dt_s,density_scale,speed_max_m_s,kinetic_ratio,real_time_factor,\
     total_ms,rebin_ms,grid_ms,particles_ms,report_ms,balance_error,mass_error,health\n";
 
 /// Greatest difference of grid mass and particle mass over the latter [-]: sums of fixed point keep 1e-7.
@@ -80,7 +80,7 @@ impl Tally {
         // Writing to a String cannot fail.
         let _ = writeln!(
             self.metrics,
-            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{:.4e},{:.4},{:.5},{:.3e},{:.3e},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},\"{}\"",
+            "{},{:.6},{:.6e},{:.6e},{:.5},{:.5},{:.6e},{pushed},{},{},{:.3e},{:.4e},{:.4},{:.5},{:.3e},{:.3e},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3e},{:.3e},\"{}\"",
             report.plan_id,
             report.time,
             report.energies.kinetic,
@@ -89,6 +89,8 @@ impl Tally {
             report.volume_ratio.1,
             strongest,
             report.steps,
+            report.passes,
+            report.residual,
             report.dt,
             report.density_scale,
             report.speed(cell_width),

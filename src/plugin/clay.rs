@@ -6,7 +6,7 @@ use super::status::{ClayMetrics, ClayStatus};
 use crate::scene::file::ClayScene;
 use crate::sim::frame::{FrameReport, ToolReport};
 use crate::sim::material::ClayMaterial;
-use crate::sim::planner::{Backlog, InertiaScaling};
+use crate::sim::planner::{Backlog, InertiaScaling, IntegratorChoice, StepAccuracy};
 use crate::sim::snapshot::Snapshot;
 use bevy::ecs::component::{Mutable, StorageType};
 use bevy::prelude::*;
@@ -104,13 +104,14 @@ impl Default for Clay {
 #[reflect(Default)]
 #[non_exhaustive]
 pub enum EngineChoice {
-    /// The GPU engine where the app renders on a hardware adapter, the CPU engine elsewhere.
+    /// The GPU engine where the app renders on a hardware adapter, the CPU engine elsewhere, and wherever
+    /// [`ClaySettings::integrator`] asks for implicit steps, which it alone has.
     #[default]
     Auto,
     /// The CPU engine.
     Native,
-    /// The GPU engine on the app's own device, software adapters included; the CPU engine where that cannot
-    /// be, with a line that says so.
+    /// The GPU engine on the app's own device, software adapters included, in explicit steps; the CPU engine
+    /// where that cannot be, with a line that says so.
     Gpu,
 }
 
@@ -151,7 +152,12 @@ pub struct ClaySettings {
     pub engine: EngineChoice,
     /// Gravity [m/s^2] in the frame of the world, in the place of [`ClayGravity`](super::clock::ClayGravity).
     pub gravity: Option<DVec3>,
-    /// How far inertia may be scaled while a tool engages supported clay.
+    /// Which integrator frames have: implicit steps are slower the further tools go, explicit ones the
+    /// stiffer the clay is. The GPU engine has explicit ones, whatever this says.
+    pub integrator: IntegratorChoice,
+    /// How finely implicit steps follow a tool.
+    pub accuracy: StepAccuracy,
+    /// How far explicit steps may scale inertia while a tool engages supported clay.
     pub inertia: InertiaScaling,
     /// Whether frames are no longer than what the engine runs in the time of one of the app's, so that clay
     /// that is too much for the machine still answers a tool at once. Without it frames follow the clock
@@ -173,6 +179,8 @@ impl Default for ClaySettings {
         Self {
             engine: EngineChoice::Auto,
             gravity: None,
+            integrator: IntegratorChoice::default(),
+            accuracy: StepAccuracy::default(),
             inertia: InertiaScaling::Off,
             is_responsive: true,
             mesh: MeshQuality::Fine,

@@ -15,6 +15,7 @@ use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
 use crate::sim::params::Domain;
+use crate::sim::planner::IntegratorChoice;
 use crate::sim::snapshot::Snapshot;
 use crate::sim::tool::Pose;
 use bevy::prelude::*;
@@ -141,6 +142,11 @@ impl ClayEngine {
         Arc::ptr_eq(&self.want.source, base) && !self.is_leaving && self.stopped.is_none()
     }
 
+    /// Whether it runs on the app's graphics device.
+    pub(super) fn runs_on_device(&self) -> bool {
+        self.want.device.is_some()
+    }
+
     /// What the clay that it runs started from.
     pub(super) fn start(&self) -> Arc<Snapshot> {
         self.want.source.clone()
@@ -229,12 +235,13 @@ impl EngineStart {
         self.refused.take_if(|want| Arc::ptr_eq(&want.source, base)).and_then(|_| self.error.take())
     }
 
-    /// The device that `choice` comes to: nothing for the CPU engine. An error while a lost device may still
-    /// be replaced.
-    fn device(&mut self, choice: EngineChoice, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
+    /// The device that the settings come to: nothing for the CPU engine. An error while a lost device may
+    /// still be replaced.
+    fn device(&mut self, settings: &ClaySettings, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
         self.fallback = None;
-        let device = match choice {
+        let device = match settings.engine {
             EngineChoice::Native => return Ok(None),
+            EngineChoice::Auto if settings.integrator != IntegratorChoice::Explicit => return Ok(None),
             EngineChoice::Auto => app.filter(SharedDevice::is_hardware),
             EngineChoice::Gpu => {
                 if app.is_none() {
@@ -342,7 +349,7 @@ pub(super) fn start(
         {
             start.declined = Some((device.clone(), Instant::now(), reason.to_string()));
         }
-        let Ok(device) = start.device(settings.engine, app.get()) else { continue };
+        let Ok(device) = start.device(settings, app.get()) else { continue };
         let want = Want { source, device };
         if let Some(engine) = engine.as_deref_mut() {
             // A clay that was replaced stands still until the next is ready, unless that was refused.

@@ -11,7 +11,7 @@ use crate::scene::file::ClayScene;
 use crate::sim::health::Health;
 use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
 use crate::sim::params::ParamsError;
-use crate::sim::planner::{Backlog, InertiaScaling};
+use crate::sim::planner::{Backlog, InertiaScaling, IntegratorChoice, StepAccuracy};
 use crate::sim::tool::{Contact, Profile, ToolShape};
 use bevy::prelude::*;
 use bevy::reflect::{impl_reflect, impl_reflect_opaque};
@@ -62,6 +62,25 @@ impl_reflect!(
     enum Backlog {
         WorkOff,
         Drop,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::planner"]
+    enum IntegratorChoice {
+        Explicit,
+        Auto,
+        Implicit,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+    #[type_path = "bevy_clay::sim::planner"]
+    enum StepAccuracy {
+        Interactive,
+        Fine,
     }
 );
 

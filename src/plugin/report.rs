@@ -50,7 +50,8 @@ fn report(
                         warn!("clay {entity}, frame {}: {news}", report.plan_id);
                         plans.logged.insert(news);
                     }
-                    clay.revision += 1;
+                    // What rests looks as it did.
+                    clay.revision += u64::from(!report.is_resting());
                     metrics.note(&report);
                     let (health, particle_count) = (report.health, report.particle_count);
                     if (status.health, status.particle_count) != (health, particle_count) {

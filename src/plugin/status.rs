@@ -87,8 +87,14 @@ pub struct ClayMetrics {
     pub lag: f64,
     /// Volume of the clay \[m^3\].
     pub volume: f64,
-    /// Substeps of the last frame.
+    /// Steps of the last frame, explicit or implicit; none of clay at rest.
     pub substeps: u32,
+    /// Passes over the particles that its implicit steps took; 0 of explicit ones, and of clay at rest.
+    pub passes: u32,
+    /// Forces that its implicit steps left out of balance, over those that the clay bears [-].
+    pub residual: f64,
+    /// Whether the clay is at rest, and takes no steps.
+    pub is_resting: bool,
     /// Wall time of the last frame \[ms\].
     pub frame_ms: f64,
     /// Its parts.
@@ -108,7 +114,9 @@ impl ClayMetrics {
         let ms = |seconds: f64| seconds * 1e3;
         let t = &report.timings;
         self.time = report.time;
-        self.substeps = report.steps;
+        self.is_resting = report.is_resting();
+        self.substeps = if self.is_resting { 0 } else { report.steps };
+        (self.passes, self.residual) = (report.passes, report.residual);
         self.frame_ms = ms(t.total);
         self.pass_ms = PassTimes { rebin: ms(t.rebin), grid: ms(t.grid), particles: ms(t.particles), report: ms(t.report) };
         self.volume = report.volume;

@@ -11,7 +11,7 @@ use crate::sim::engine::EngineError;
 use crate::sim::frame::FrameOutputs;
 use crate::sim::material::ClayMaterial;
 use crate::sim::params::ParamsError;
-use crate::sim::planner::{Policy, ToolSamples};
+use crate::sim::planner::{IntegratorChoice, Policy, ToolSamples};
 use crate::sim::tool::{PoseSample, Tool};
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
@@ -71,8 +71,12 @@ fn step(
         let space = clock.validate().and_then(|()| place("clay transform", entity, &transforms));
         let result = space.map_err(EngineError::Params).and_then(|space| {
             let gravity = space.vector_to_clay(settings.gravity.unwrap_or(gravity.0));
-            let (is_leaving, (engine, plans)) = (clay.is_leaving, clay.parts());
+            let (is_leaving, runs_on_device) = (clay.is_leaving, clay.runs_on_device());
+            let (engine, plans) = clay.parts();
             plans.planner.policy = policy(settings, gravity, settings.is_responsive.then_some(wall));
+            if runs_on_device {
+                plans.planner.policy.integrator = IntegratorChoice::Explicit;
+            }
             plans.pass(time.delta_secs_f64(), clock.speed, &ways(entity, &space, &hands, &mut faults));
             // The next engine goes on with what the tools did meanwhile.
             if is_leaving { Ok(()) } else { plans.step(engine, material) }
@@ -97,9 +101,9 @@ fn step(
 
 /// How the frames of a clay are planned, with gravity in its own frame.
 fn policy(settings: &ClaySettings, gravity: DVec3, wall: Option<f64>) -> Policy {
-    let &ClaySettings { inertia, backlog, .. } = settings;
+    let &ClaySettings { integrator, accuracy, inertia, backlog, .. } = settings;
     // The surface, for the plugin or an app that draws it itself; the state is asked for when it is wanted.
-    Policy { gravity, inertia, backlog, wall, outputs: FrameOutputs::default(), ..Policy::default() }
+    Policy { gravity, integrator, accuracy, inertia, backlog, wall, outputs: FrameOutputs::default(), ..Policy::default() }
 }
 
 /// Where an entity of kind `name` is in the world.

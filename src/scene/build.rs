@@ -63,9 +63,9 @@ impl BuiltScene {
 
     /// Plans the scene's frames.
     pub fn planner(&self) -> Planner {
-        let ClayScene { inertia, gravity, time_step, .. } = self.scene;
+        let ClayScene { integrator, accuracy, inertia, gravity, time_step, .. } = self.scene;
         let mut planner = Planner::new(&self.snapshot);
-        planner.policy = Policy { gravity, inertia, time_step, ..Policy::default() };
+        planner.policy = Policy { gravity, integrator, accuracy, inertia, time_step, ..Policy::default() };
         planner
     }
 

@@ -28,7 +28,7 @@ use super::track::{AxisAngle, ToolTrack};
 use crate::sim::cut::PLATE_SHEET;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};
-use crate::sim::planner::InertiaScaling;
+use crate::sim::planner::{InertiaScaling, IntegratorChoice, StepAccuracy};
 use crate::surface::field::Tier;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -200,7 +200,13 @@ pub struct ClayScene {
     /// The tools; the first has id 1.
     #[serde(default, deserialize_with = "checked_list")]
     pub tools: Vec<ToolTrack>,
-    /// How far inertia may be scaled up while tools move.
+    /// Which integrator the frames have.
+    #[serde(default)]
+    pub integrator: IntegratorChoice,
+    /// How finely implicit steps follow a tool.
+    #[serde(default)]
+    pub accuracy: StepAccuracy,
+    /// How far explicit steps may scale inertia up while tools move.
     #[serde(default)]
     pub inertia: InertiaScaling,
     /// Duration of a frame \[s\].
@@ -262,6 +268,8 @@ impl ClayScene {
             domain: None,
             walls: Self::walls_default(),
             tools: vec![],
+            integrator: IntegratorChoice::default(),
+            accuracy: StepAccuracy::default(),
             inertia: InertiaScaling::default(),
             frame_time: Self::frame_time_default(),
             duration: Self::duration_default(),

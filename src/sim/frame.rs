@@ -3,6 +3,7 @@
 use super::cut::{PLATE_SHEET, SheetSet};
 use super::cutting::CuttingMethod;
 use super::health::Health;
+use super::integrator::{Integrator, PASSES};
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
 use super::tool::{ToolPath, ToolShape};
@@ -26,6 +27,10 @@ pub struct FramePlan {
     /// How the substeps are integrated, with the numbers of the method.
     #[serde(default)]
     pub integrator: Integrator,
+    /// Whether implicit steps are left out where clay stands and no tool is near it: nothing that could wake
+    /// it has changed since the frame before.
+    #[serde(default)]
+    pub may_rest: bool,
     /// Gravity [m/s^2].
     pub gravity: DVec3,
     /// The tools and their ways through the frame.
@@ -47,34 +52,6 @@ pub struct FramePlan {
     #[cfg(not(feature = "reference"))]
     #[serde(skip)]
     pub(crate) validation: Validation,
-}
-
-/// How substeps are integrated in time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Integrator {
-    /// Symplectic Euler, stable below [`ClayMaterial::time_step_limit`].
-    Explicit {
-        /// Inertial density over the material's density [-]: 1, or more while a tool engages supported clay.
-        /// Weight is not scaled.
-        density_scale: f64,
-    },
-    /// Backward Euler as the least of a potential: steps follow how far clay and tools go, not the speed of
-    /// sound. Density is the material's own. On the native engine, without blades, wires and plates; the
-    /// sides of kept cuts do not press on each other in it.
-    Implicit {
-        /// Passes over the particles in each step, each of them an evaluation of the potential's slope.
-        passes: u32,
-    },
-}
-
-/// Passes that an implicit step may have: with two it blows up.
-const PASSES: std::ops::RangeInclusive<u32> = 3..=1000;
-
-impl Default for Integrator {
-    fn default() -> Self {
-        Self::Explicit { density_scale: 1.0 }
-    }
 }
 
 /// What a frame hands out at its end beside its report. What is not asked for is not copied back from a
@@ -123,6 +100,7 @@ impl FramePlan {
             dt,
             steps,
             integrator: Integrator::default(),
+            may_rest: false,
             material,
             gravity: DVec3::ZERO,
             tools: vec![],
@@ -221,12 +199,11 @@ impl FramePlan {
         }
     }
 
-    /// The implicit step has no contact with blades, and no inputs of validation cases.
+    /// The implicit step has no inputs of validation cases.
     fn validate_implicit(&self) -> Result<(), ParamsError> {
         let refusal = |reason| Err(ParamsError::new("integrator", "Implicit", reason));
         match self.integrator {
             Integrator::Explicit { .. } => Ok(()),
-            Integrator::Implicit { .. } if self.divides() => refusal("knows no blades, wires and plates"),
             Integrator::Implicit { .. } if self.validation != Validation::default() => {
                 refusal("takes no inputs of validation cases")
             }
@@ -291,7 +268,8 @@ pub struct ToolReport {
     pub force: DVec3,
     /// Mean torque on the tool about its origin \[N m\].
     pub torque: DVec3,
-    /// Contacts, summed over the substeps: of solid tools with particles, of blades with fields at nodes.
+    /// Contacts, summed over the substeps: of solid tools with particles, of blades with fields at nodes, in
+    /// implicit steps with particles.
     pub contacts: u64,
     /// Particles that took a side of the blade.
     pub tagged: u64,
@@ -321,9 +299,9 @@ pub struct Timings {
     pub total: f64,
     /// Sorting particles into blocks.
     pub rebin: f64,
-    /// Node sums and grid update.
+    /// Node sums and grid update; of implicit steps the preconditioner and L-BFGS.
     pub grid: f64,
-    /// Gather, clay law and scatter.
+    /// Gather, clay law and scatter; of implicit steps with the sums at the nodes.
     pub particles: f64,
     /// Copies and statistics at the frame's end.
     pub report: f64,
@@ -378,6 +356,10 @@ pub struct FrameReport {
     /// and weight [-], both as norms over the nodes.
     #[serde(default)]
     pub residual: f64,
+    /// Whether the clay stands at the end of implicit steps: nothing moved, nothing was out of balance, no
+    /// tool was near. Then its velocities are 0, and frames that may rest take no steps.
+    #[serde(default)]
+    pub is_standing: bool,
     /// Impulse taken by validation damping \[N s\].
     pub damping_impulse: DVec3,
     /// Sum over substeps and nodes of |wall impulse| + |tool impulse| \[N s\].
@@ -426,6 +408,12 @@ impl FrameReport {
     /// Simulated time that the frame covered \[s\].
     pub fn duration(&self) -> f64 {
         self.dt * f64::from(self.steps)
+    }
+
+    /// Whether the clay stood and no step was taken: time has passed, and nothing else but what rest itself
+    /// does to clay.
+    pub fn is_resting(&self) -> bool {
+        self.is_standing && self.passes == 0
     }
 
     /// Whether a tool engaged supported clay, and it alone: a tool touched clay while walls bore all of it,

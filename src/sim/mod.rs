@@ -38,7 +38,8 @@
 //!
 //! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it,
 //! [`penalty`] how, [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method,
-//! [`planner`] decides what a frame does, [`frame`] is its plan and report, [`engine`] the seam, [`native`]
+//! [`planner`] decides what a frame does, [`integrator`] by which steps, [`frame`] is its plan and report,
+//! [`engine`] the seam, [`native`]
 //! the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
 
 #![deny(
@@ -55,6 +56,7 @@ pub mod frame;
 pub mod gpu;
 pub mod health;
 mod implicit;
+pub mod integrator;
 pub mod limits;
 pub mod material;
 pub mod native;
@@ -83,13 +85,17 @@ mod weld;
 pub mod prelude {
     pub use super::cutting::CuttingMethod;
     pub use super::engine::{Engine, EngineError};
-    pub use super::frame::{FrameOutputs, FramePlan, FrameReport, Integrator, SurfaceParticle, SurfaceSource, ToolReport};
+    pub use super::frame::{FrameOutputs, FramePlan, FrameReport, SurfaceParticle, SurfaceSource, ToolReport};
     pub use super::gpu::{GpuDevice, GpuEngine, GpuError, GpuLink, GpuMode};
     pub use super::health::Health;
+    pub use super::integrator::Integrator;
     pub use super::material::{ClayLaw, ClayMaterial, Preset, Weld};
     pub use super::native::NativeEngine;
     pub use super::params::{Domain, ParamsError, Wall, Walls};
-    pub use super::planner::{Backlog, Decision, InertiaScaling, Planner, PlannerState, Policy, Sheets, StepLimits, ToolSamples};
+    pub use super::planner::{
+        Backlog, Decision, InertiaScaling, IntegratorChoice, Planner, PlannerState, Policy, Sheets, StepAccuracy, StepLimits,
+        ToolSamples,
+    };
     pub use super::snapshot::{Anchor, Forecast, Particle, Snapshot, SnapshotError, Tag};
     pub use super::tool::{Contact, Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
 }

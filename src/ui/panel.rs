@@ -9,7 +9,7 @@ use crate::plugin::status::{ClayMetrics, ClayStatus};
 use crate::plugin::undo::ClayHistory;
 use crate::scene::export::{BodyFiles, ExportFormat, ExportOptions, free_file};
 use crate::sim::material::ClayMaterial;
-use crate::sim::planner::InertiaScaling;
+use crate::sim::planner::{InertiaScaling, IntegratorChoice, StepAccuracy};
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use std::path::PathBuf;
@@ -139,10 +139,20 @@ fn thousands(number: f64) -> String {
 /// Engine, inertia, surface.
 fn choices(ui: &mut egui::Ui, settings: &mut ClaySettings) {
     let engines = [(EngineChoice::Auto, "best there is"), (EngineChoice::Native, "CPU"), (EngineChoice::Gpu, "GPU")];
-    let hover = "What runs the clay. The best there is: the GPU where the app draws with one, else the CPU. The clay moves over as it stands.";
+    let hover = "What runs the clay. The best there is: with explicit steps the GPU where the app draws with one, else the CPU. The clay moves over as it stands.";
     choice(ui, "engine", hover, &mut settings.engine, &engines);
+    let integrators = [
+        (IntegratorChoice::Explicit, "explicit"),
+        (IntegratorChoice::Auto, "by what it does"),
+        (IntegratorChoice::Implicit, "implicit"),
+    ];
+    let hover = "How the clay's time goes on. Implicit steps follow how far tools go, explicit ones how fast sound is: many more, and exact in flight. By what it does: implicit under tools and at rest.";
+    choice(ui, "steps", hover, &mut settings.integrator, &integrators);
+    let accuracies = [(StepAccuracy::Interactive, "fast"), (StepAccuracy::Fine, "fine")];
+    let hover = "How finely implicit steps follow a tool: fine ones take twice the time for half the error.";
+    choice(ui, "accuracy", hover, &mut settings.accuracy, &accuracies);
     let inertia = [(InertiaScaling::Off, "as it is"), (InertiaScaling::Accurate, "accurate"), (InertiaScaling::Fast, "fast")];
-    let hover = "Heavier clay while a tool presses clay that lies on something: fewer substeps, forces off by 1.5 % (accurate) or 3 % (fast).";
+    let hover = "Heavier clay in explicit steps while a tool presses clay that lies on something: fewer of them, forces off by 1.5 % (accurate) or 3 % (fast).";
     choice(ui, "inertia", hover, &mut settings.inertia, &inertia);
     let surfaces = [(MeshQuality::Off, "none"), (MeshQuality::Coarse, "coarse"), (MeshQuality::Fine, "fine")];
     let hover = "The surface that is drawn: coarse has a quarter of the triangles of fine.";

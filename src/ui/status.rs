@@ -4,6 +4,7 @@ use super::plots::{RecentFrames, SPAN, Sample};
 use crate::plugin::clay::Clay;
 use crate::plugin::clock::ClayClock;
 use crate::plugin::status::{ClayMetrics, ClayStatus};
+use crate::sim::planner::RESIDUAL_MAX;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -58,6 +59,16 @@ fn row(ui: &mut egui::Ui, name: &str, hover: &str, value: impl Into<egui::Widget
     ui.end_row();
 }
 
+/// The steps of the last frame in words.
+fn steps(metrics: &ClayMetrics) -> String {
+    let plural = if metrics.substeps == 1 { "" } else { "s" };
+    match metrics {
+        ClayMetrics { is_resting: true, .. } => "at rest".into(),
+        ClayMetrics { passes: 0, substeps, .. } => format!("{substeps} explicit step{plural}"),
+        ClayMetrics { passes, substeps, .. } => format!("{substeps} implicit step{plural}, {passes} passes"),
+    }
+}
+
 fn rows(ui: &mut egui::Ui, (_, status, metrics, clock): (Entity, &ClayStatus, &ClayMetrics, &ClayClock)) {
     let engine = if status.engine.is_empty() { "starting" } else { &status.engine };
     row(ui, "engine", "What runs the clay, and on what.", engine);
@@ -65,8 +76,23 @@ fn rows(ui: &mut egui::Ui, (_, status, metrics, clock): (Entity, &ClayStatus, &C
     row(ui, "clay", "Particles in motion, and the spacing of the grid.", clay);
     let pace = if clock.stands() { "paused".into() } else { format!("{:.2} x real time", metrics.rate) };
     row(ui, "clock", "The clay's own time, and how fast it goes.", format!("{:.2} s, {pace}", metrics.time));
-    let frame = format!("{:.1} ms, {} substeps", metrics.frame_ms, metrics.substeps);
-    row(ui, "frame", "Wall time and substeps of the engine's last frame.", frame);
+    row(
+        ui,
+        "frame",
+        "Wall time and steps of the engine's last frame.",
+        format!("{:.1} ms, {}", metrics.frame_ms, steps(metrics)),
+    );
+    if metrics.passes > 0 {
+        let poor = metrics.residual > RESIDUAL_MAX;
+        let quality = egui::RichText::new(format!("{:.1} % out of balance", 100.0 * metrics.residual));
+        let quality = if poor { quality.color(ui.visuals().warn_fg_color) } else { quality };
+        row(
+            ui,
+            "quality",
+            "Forces that implicit steps left out of balance, over those that the clay bears. Where it is much, the next frame has more steps.",
+            quality,
+        );
+    }
     let t = &metrics.pass_ms;
     let passes = format!("{:.1} sort, {:.1} grid, {:.1} particles, {:.1} report", t.rebin, t.grid, t.particles, t.report);
     row(

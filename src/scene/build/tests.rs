@@ -184,7 +184,7 @@ fn mesh_is_placed_scaled_and_warned_about() {
 fn frames_cover_the_duration_and_keep_the_time_step() {
     let keyframes = "keyframes: [(time: 0.1, position: (0, 0.1, 0)), (time: 0.3, position: (0, 0.09, 0))]";
     let text = format!(
-        "(clay: [Sphere(radius: 0.02)], cell_width: 0.004, frame_time: 0.1, duration: 0.5, inertia: Accurate, seed: 9,
+        "(clay: [Sphere(radius: 0.02)], cell_width: 0.004, frame_time: 0.1, duration: 0.5, integrator: Explicit, inertia: Accurate, seed: 9,
         tools: [(shape: Sphere(radius: 0.01), keyframes: [(time: 9, position: (0, 0, 0))]), (shape: Sphere(radius: 0.01), {keyframes})])"
     );
     let mut scene = built(&text);

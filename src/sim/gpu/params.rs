@@ -3,7 +3,8 @@
 use super::super::coefficients::{Coefficients, LawCoefficients};
 use super::super::cut::PLATE_SHEET;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::{FramePlan, Integrator};
+use super::super::frame::FramePlan;
+use super::super::integrator::Integrator;
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::material::ClayLaw;
 use super::super::params::{Domain, ParamsError};

@@ -170,25 +170,47 @@ impl Block<'_> {
     }
 }
 
-/// Which class's field the clay of each class moves in at each node of a block: the first class of the field,
-/// 0 for untagged clay; and the columns that walls fold.
-pub(super) fn fields<'a>(
+/// How the clay of the classes of a block moves at its nodes.
+pub(super) struct Ties {
+    /// In which class's field that of each class moves: the first class of the field, 0 for untagged clay.
+    pub leaders: Vec<[u8; 64]>,
+    /// The columns that walls fold.
+    pub folds: Vec<Fold>,
+    /// The fields that kept cuts divide: a node, the first classes of both, and the unit normal from the
+    /// first to the second.
+    pub divided: Vec<(usize, [u8; 2], DVec3)>,
+}
+
+/// The ties of a block.
+pub(super) fn ties<'a>(
     nodes: &Nodes,
     cut: Option<&CutBlock>,
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
     masses_of: &'a MassesOf<'a>,
-) -> (Vec<[u8; 64]>, Vec<Fold>) {
+) -> Ties {
     let classes = Classes::new(nodes, cut, block, step, meeting);
     let fold = |c: &walls::Column| Fold { outer: c.outer, wall: c.wall, inner: c.inner, image: c.reflect(DVec3::ONE) };
     let folds: Vec<Fold> = classes.folds.iter().map(fold).collect();
-    let block = Block::new(classes, block, step, meeting, masses_of);
-    let mut leader = block.leader;
-    for fold in &folds {
-        leader.iter_mut().for_each(|leader: &mut [u8; 64]| leader[fold.outer] = leader[fold.inner]);
+    let mut nodes = Block::new(classes, block, step, meeting, masses_of);
+    let mut divided = vec![];
+    for k in (0..64).filter(|k| !nodes.is_outer[*k]).collect::<Vec<_>>() {
+        let (divisions, fields) = (nodes.divisions[k], nodes.fields[k]);
+        for b in 1..fields.as_slice().len() {
+            for a in 0..b {
+                let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
+                let node = block * BLOCK + offset(k);
+                let normal = divisions.pair_normal(from.0, to.0, |sheet| nodes.cut_normal(node, sheet));
+                divided.extend(normal.map(|normal| (k, [from.1, to.1], normal)));
+            }
+        }
     }
-    (leader, folds)
+    let mut leaders = nodes.leader;
+    for fold in &folds {
+        leaders.iter_mut().for_each(|leader: &mut [u8; 64]| leader[fold.outer] = leader[fold.inner]);
+    }
+    Ties { leaders, folds, divided }
 }
 
 /// A column of nodes that a wall folds, by their places in the block.

@@ -78,7 +78,7 @@ pub(super) fn gather(
                     clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
-            (clamped, tag.map(|tools| tag_block(tools, s, w.hot, w.cold, w.run)), ghosts)
+            (clamped, tag.map(|tools| tag_block((tools, false), s, w.hot, w.cold, w.run)), ghosts)
         })
         .collect();
     let mut gathered = Gathered::default();
@@ -92,9 +92,15 @@ pub(super) fn gather(
     gathered
 }
 
-fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mut [Cold], run: &mut Run) -> TagReport {
+fn tag_block(
+    (tools, clings): (&[ToolNow], bool),
+    s: &ParticleStep<'_>,
+    hot: &mut [Hot],
+    cold: &mut [Cold],
+    run: &mut Run,
+) -> TagReport {
     let report = match s.cutting {
-        CuttingMethod::TwoFields => tags::tag(tools, s.domain, hot, cold),
+        CuttingMethod::TwoFields => tags::tag(tools, s.domain, hot, cold, clings),
         method @ (CuttingMethod::Published | CuttingMethod::RigidParticles | CuttingMethod::InteractiveParticles) => {
             ghost::tag(method, tools, hot, cold)
         }
@@ -105,11 +111,16 @@ fn tag_block(tools: &[ToolNow], s: &ParticleStep<'_>, hot: &mut [Hot], cold: &mu
     report
 }
 
-/// Tags the blocks for which `is_chosen` for the substep of `s`.
-pub(super) fn tag(s: &ParticleStep<'_>, state: &mut State, is_chosen: &(dyn Fn(usize) -> bool + Sync)) -> Vec<TagReport> {
+/// Tags the blocks for which `is_chosen` for the substep of `s`; `clings` in an implicit step.
+pub(super) fn tag(
+    s: &ParticleStep<'_>,
+    state: &mut State,
+    clings: bool,
+    is_chosen: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<TagReport> {
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     tasks.retain(|w| is_chosen(w.index));
-    tasks.into_par_iter().map(|w| tag_block(s.tools, s, w.hot, w.cold, w.run)).collect()
+    tasks.into_par_iter().map(|w| tag_block((s.tools, clings), s, w.hot, w.cold, w.run)).collect()
 }
 
 /// Scatters every block: those for which `is_gathered` from their stored velocities, which are of the instant

@@ -7,8 +7,9 @@
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
-    __m256, _mm256_add_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps,
-    _mm256_storeu_ps, _mm256_sub_ps,
+    __m256, _mm_add_ps, _mm_load_ps, _mm_store_ps, _mm256_add_ps, _mm256_castps256_ps128, _mm256_extractf128_ps, _mm256_fmadd_ps,
+    _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_set_m128, _mm256_set1_ps, _mm256_setzero_ps,
+    _mm256_shuffle_ps, _mm256_store_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
 };
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -188,5 +189,151 @@ impl Lanes for Wide {
     fn times_plus(self, b: Self, c: Self) -> Self {
         // SAFETY: as in `splat`.
         Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
+    }
+}
+
+/// A node of which three numbers are used.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(16))]
+pub(super) struct Node4(pub [f32; 4]);
+
+/// Two particles at a time, each with the four numbers of one of its nodes: of eight particles `K` and
+/// `K + 4`, which stand in the halves of an [`F8`] at the same place.
+pub(super) trait Pairs: Lanes {
+    /// The numbers of two nodes.
+    fn load_nodes(low: &Node4, high: &Node4) -> Self;
+    /// To two nodes, which are not the same.
+    fn store_nodes(self, low: &mut Node4, high: &mut Node4);
+    /// Adds both particles' numbers to one node.
+    fn add_both(self, node: &mut Node4);
+    /// What particles `K` and `K + 4` have, for all four numbers of a node.
+    fn twins<const K: usize>(of: &F8) -> Self;
+    /// Three numbers of the pairs 0 .. 4, each as that of eight particles.
+    fn to_eight(pairs: [Self; 4]) -> [F8; 3];
+    /// The same back; the fourth number is 0.
+    fn from_eight(numbers: &[F8; 3]) -> [Self; 4];
+}
+
+impl Pairs for F8 {
+    #[inline(always)]
+    fn load_nodes(low: &Node4, high: &Node4) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (low.0, high.0);
+        Self([a, b, c, d, e, f, g, h])
+    }
+
+    #[inline(always)]
+    fn store_nodes(self, low: &mut Node4, high: &mut Node4) {
+        for d in 0..4 {
+            (low.0[d], high.0[d]) = (self.0[d], self.0[4 + d]);
+        }
+    }
+
+    #[inline(always)]
+    fn add_both(self, node: &mut Node4) {
+        for d in 0..4 {
+            node.0[d] += self.0[d] + self.0[4 + d];
+        }
+    }
+
+    #[inline(always)]
+    fn twins<const K: usize>(of: &F8) -> Self {
+        let (low, high) = (of.0[K], of.0[4 + K]);
+        Self([low, low, low, low, high, high, high, high])
+    }
+
+    #[inline(always)]
+    fn to_eight(pairs: [Self; 4]) -> [F8; 3] {
+        let mut out = [Self::ZERO; 3];
+        for k in 0..4 {
+            for d in 0..3 {
+                (out[d].0[k], out[d].0[4 + k]) = (pairs[k].0[d], pairs[k].0[4 + d]);
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn from_eight(numbers: &[F8; 3]) -> [Self; 4] {
+        let mut out = [Self::ZERO; 4];
+        for k in 0..4 {
+            for d in 0..3 {
+                (out[k].0[d], out[k].0[4 + d]) = (numbers[d].0[k], numbers[d].0[4 + k]);
+            }
+        }
+        out
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Pairs for Wide {
+    #[inline(always)]
+    fn load_nodes(low: &Node4, high: &Node4) -> Self {
+        // SAFETY: as in `splat`; a node is 16-byte aligned and 16 bytes long.
+        Self(unsafe { _mm256_set_m128(_mm_load_ps(high.0.as_ptr()), _mm_load_ps(low.0.as_ptr())) })
+    }
+
+    #[inline(always)]
+    fn store_nodes(self, low: &mut Node4, high: &mut Node4) {
+        // SAFETY: as in `load_nodes`.
+        unsafe {
+            _mm_store_ps(low.0.as_mut_ptr(), _mm256_castps256_ps128(self.0));
+            _mm_store_ps(high.0.as_mut_ptr(), _mm256_extractf128_ps::<1>(self.0));
+        }
+    }
+
+    #[inline(always)]
+    fn add_both(self, node: &mut Node4) {
+        // SAFETY: as in `load_nodes`.
+        unsafe {
+            let both = _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            _mm_store_ps(node.0.as_mut_ptr(), _mm_add_ps(_mm_load_ps(node.0.as_ptr()), both));
+        }
+    }
+
+    #[inline(always)]
+    fn twins<const K: usize>(of: &F8) -> Self {
+        // SAFETY: as in `splat`; an F8 is 32-byte aligned and 32 bytes long.
+        unsafe {
+            let v = _mm256_load_ps(of.0.as_ptr());
+            Self(match K {
+                0 => _mm256_permute_ps::<0x00>(v),
+                1 => _mm256_permute_ps::<0x55>(v),
+                2 => _mm256_permute_ps::<0xaa>(v),
+                _ => _mm256_permute_ps::<0xff>(v),
+            })
+        }
+    }
+
+    #[inline(always)]
+    fn to_eight([p, q, r, s]: [Self; 4]) -> [F8; 3] {
+        let mut out = [F8::ZERO; 3];
+        // SAFETY: as in `twins`.
+        unsafe {
+            // x of the first two, then y; the same of the other two; then z.
+            let (xy, other_xy) = (_mm256_unpacklo_ps(p.0, q.0), _mm256_unpacklo_ps(r.0, s.0));
+            let (z, other_z) = (_mm256_unpackhi_ps(p.0, q.0), _mm256_unpackhi_ps(r.0, s.0));
+            _mm256_store_ps(out[0].0.as_mut_ptr(), _mm256_shuffle_ps::<0x44>(xy, other_xy));
+            _mm256_store_ps(out[1].0.as_mut_ptr(), _mm256_shuffle_ps::<0xee>(xy, other_xy));
+            _mm256_store_ps(out[2].0.as_mut_ptr(), _mm256_shuffle_ps::<0x44>(z, other_z));
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn from_eight(numbers: &[F8; 3]) -> [Self; 4] {
+        // SAFETY: as in `twins`.
+        unsafe {
+            let (x, y) = (_mm256_load_ps(numbers[0].0.as_ptr()), _mm256_load_ps(numbers[1].0.as_ptr()));
+            let z = _mm256_load_ps(numbers[2].0.as_ptr());
+            let zero = _mm256_setzero_ps();
+            let (xy, z0) = (_mm256_unpacklo_ps(x, y), _mm256_unpacklo_ps(z, zero));
+            let (other_xy, other_z) = (_mm256_unpackhi_ps(x, y), _mm256_unpackhi_ps(z, zero));
+            [
+                Self(_mm256_shuffle_ps::<0x44>(xy, z0)),
+                Self(_mm256_shuffle_ps::<0xee>(xy, z0)),
+                Self(_mm256_shuffle_ps::<0x44>(other_xy, other_z)),
+                Self(_mm256_shuffle_ps::<0xee>(other_xy, other_z)),
+            ]
+        }
     }
 }

@@ -1,12 +1,14 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom; `implicit_steps` has that of
-//! implicit steps.
+//! implicit steps, `rest` what becomes of clay that takes none.
 
 mod implicit_steps;
+mod rest;
 
 use super::super::coefficients::Coefficients;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::{FramePlan, FrameReport, Integrator, Timings, ToolReport};
+use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
 use super::super::health::Health;
+use super::super::integrator::Integrator;
 use super::super::limits::{REDO_MAX, TRAVEL_LIMIT};
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
@@ -82,6 +84,9 @@ struct Tally {
     unbalanced: DVec3,
     /// Mass of the nodes in the last implicit step.
     node_mass: f64,
+    /// Whether the clay stands, and whether the frame has left it all as it was.
+    is_standing: bool,
+    is_unchanged: bool,
 }
 
 impl Tally {
@@ -172,6 +177,10 @@ impl Solver {
     /// not. Returns nothing if `stop` was set.
     pub(super) fn run(&mut self, plan: &FramePlan, stop: &AtomicBool) -> Option<FrameReport> {
         let began = Instant::now();
+        if self.rests(plan) {
+            let outcome = self.rest(plan, began);
+            return Some(self.report(plan, outcome));
+        }
         let mut health = Health::OK;
         for redone in 0..=REDO_MAX {
             let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
@@ -275,7 +284,7 @@ impl Solver {
         self.is_sorted = false;
         // The methods that keep no cuts clear what is left of any.
         let near = if s.cutting.keeps_cuts() { self.near_blades(s, s.tools) } else { vec![true; self.state.runs.len()] };
-        let moved = tally.add_tags(&passes::tag(s, &mut self.state, &|i| near[i]));
+        let moved = tally.add_tags(&passes::tag(s, &mut self.state, false, &|i| near[i]));
         self.travel += moved;
         if self.travel > MARGIN {
             self.sort(tally);
@@ -425,12 +434,7 @@ impl Solver {
         let before = std::mem::replace(&mut self.sums, sums);
         // Where no substep ran the clay stands as before the frame, and is of what it was.
         if steps > 0 {
-            self.start = Arc::new(FrameState {
-                hot: self.state.hot.clone(),
-                cold: self.state.cold.clone(),
-                time: self.time,
-                material: plan.material,
-            });
+            self.publish(plan, tally.is_unchanged);
         }
         let density = plan.inertial_density();
         let node_mass = density * self.domain.cell_width.powi(3) / 8.0;
@@ -440,6 +444,7 @@ impl Solver {
         report.momentum_before = before.momentum * density;
         report.grid_mass = match plan.integrator {
             _ if steps == 0 => report.particle_mass,
+            Integrator::Implicit { .. } if tally.passes == 0 => report.particle_mass,
             Integrator::Explicit { .. } => self.grid.mass() * node_mass,
             Integrator::Implicit { .. } => tally.node_mass * node_mass,
         };
@@ -452,7 +457,7 @@ impl Solver {
         report.clamped = tally.clamped;
         report.welded = tally.welded;
         report.passes = tally.passes;
-        (report.rejected, report.residual) = (tally.rejected, tally.residual);
+        (report.rejected, report.residual, report.is_standing) = (tally.rejected, tally.residual, tally.is_standing);
         report.unbalanced_impulse = tally.unbalanced * unit;
         report.sheets = self.state.sheets();
         report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));

@@ -1,8 +1,10 @@
 //! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1
 //! with persistent tags).
 
-use super::super::cut;
+use super::super::cut::{self, CutKey};
 use super::super::params::Domain;
+use super::super::penalty::reach;
+use super::super::snapshot::Anchor;
 use super::super::tool::SET_BACK;
 use super::contact::ToolNow;
 use super::state::{Cold, Hot, Run, unpack_cell};
@@ -41,16 +43,17 @@ pub(super) struct TagReport {
     pub is_changed: bool,
 }
 
-/// Gives the particles of a block their sides of the blades among `tools`.
+/// Gives the particles of a block their sides of the blades among `tools`. In implicit steps what a blade has
+/// cut clings to it.
 #[expect(clippy::cast_possible_truncation, reason = "offsets are f32")]
-pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold]) -> TagReport {
+pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold], clings: bool) -> TagReport {
     let mut report = TagReport { tools: vec![Default::default(); tools.len()], ..TagReport::default() };
     let (low, high) = domain.wall_nodes();
     for (h, c) in hot.iter_mut().zip(cold) {
         let cell = IVec3::from_array(unpack_cell(h.cell)).as_dvec3();
         let start = cell + DVec3::from_array(h.offset.map(f64::from));
         let travelled = DVec3::from_array(c.way.map(f64::from));
-        let mut x = start;
+        let (mut x, key) = (start, c.key());
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let Some(blade) = &tool.blade else { continue };
             let near = blade.near(x - travelled, x);
@@ -76,8 +79,26 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
             h.offset = (x - cell).as_vec3().to_array();
             report.moved_max = report.moved_max.max((x - start).length() as f32);
         }
+        if clings && c.key() != key {
+            cling(tools, key, x, f64::from(h.mass) / 8.0, c);
+        }
     }
     report
+}
+
+/// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, at `start`
+/// \[cells\] as the step begins.
+fn cling(tools: &[ToolNow], before: CutKey, start: DVec3, volume: f64, cold: &mut Cold) {
+    for tool in tools.iter().filter(|tool| !tool.is_solid()) {
+        let side = cold.key().side(tool.sheet);
+        let Some(blade) = tool.blade.filter(|blade| blade.holds && side != before.side(tool.sheet)) else { continue };
+        let is_cut = (0.0..2.0 * reach(volume)).contains(&blade.distance_before(side, start));
+        let is_its = |kept: &Anchor| kept.get().is_none_or(|kept| kept.0 == tool.id);
+        if let Some(seat) = cold.anchors.iter().position(is_its) {
+            let here = || Anchor::on(tool.id, tool.motion.start.to_local(start));
+            cold.anchors[seat] = if is_cut { here() } else { Anchor::default() };
+        }
+    }
 }
 
 /// Brings the particles of a block into class order again, otherwise in the order they were.

@@ -83,7 +83,7 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
 }
 
 /// Unit normal of each kept cut that divides the node, from back to front; none where a blade divides it.
-fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3>> {
+pub(super) fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3>> {
     let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
     let normal = |d: &Division| {
         let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
@@ -96,7 +96,7 @@ fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3
 
 /// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a
 /// blade stands between them, which acts on both, or where a cut has no normal.
-fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Option<DVec3> {
+pub(super) fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Option<DVec3> {
     let [from, to] = [a, b].map(|f| &node.fields[f]);
     let mut sum = DVec3::ZERO;
     for (i, normal) in normals.iter().enumerate() {

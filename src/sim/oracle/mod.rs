@@ -51,7 +51,8 @@ mod weld;
 pub use particle::Particle;
 
 use super::cut::CutKey;
-use super::frame::{FramePlan, FrameReport, Integrator};
+use super::frame::{FramePlan, FrameReport};
+use super::integrator::Integrator;
 use super::limits::TRAVEL_LIMIT;
 use super::material::ClayMaterial;
 use super::params::Domain;

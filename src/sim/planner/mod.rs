@@ -2,11 +2,14 @@
 //! Knows no engine, no clock and no thread; whoever runs clay (an app, a scene, a recording) asks it, so that
 //! all of them plan alike.
 //!
-//! | file     | does                                                        |
-//! |----------|-------------------------------------------------------------|
-//! | `trail`  | timed poses of any clock -> the piece of them that a frame sweeps |
-//! | `step`   | tools, speeds and material -> substeps of the explicit step |
-//! | `sheets` | a sheet for each visit of a blade                           |
+//! | file       | does                                                        |
+//! |------------|-------------------------------------------------------------|
+//! | `trail`    | timed poses of any clock -> the piece of them that a frame sweeps |
+//! | `afford`   | what a frame took -> how long the next may be               |
+//! | `choice`   | reports -> explicit or implicit steps, or none              |
+//! | `step`     | tools, speeds and material -> substeps of the explicit step |
+//! | `implicit` | tools and speeds -> implicit steps                          |
+//! | `sheets`   | a sheet for each visit of a blade                           |
 //!
 //! ```
 //! use bevy_clay::sim::prelude::*;
@@ -32,10 +35,16 @@
 //! }
 //! ```
 
+mod afford;
+mod choice;
+mod implicit;
 mod sheets;
 mod step;
 mod trail;
 
+pub use afford::{FRAME_MAX, FRAME_WALL};
+pub use choice::{IntegratorChoice, RESIDUAL_MAX};
+pub use implicit::StepAccuracy;
 pub use sheets::Sheets;
 pub use step::{InertiaScaling, STEP_FRACTION, StepLimits, TOOL_MACH_MAX, TOOL_TRAVEL_MAX, TRAVEL_MAX, VOLUME_AVERAGING};
 pub use trail::{Backlog, LAG_MAX, ToolSamples};
@@ -46,21 +55,11 @@ use super::limits::PENDING_MAX;
 use super::material::ClayMaterial;
 use super::snapshot::Snapshot;
 use super::tool::{Pose, ToolPath};
+use afford::Cost;
+use choice::Course;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use trail::{Piece, Trails};
-
-/// The longest frame that is planned of a clock \[s\]: what a clock is ahead by more is given up, so that a
-/// slow machine shows slow motion.
-pub const FRAME_MAX: f64 = 1.0 / 30.0;
-/// Wall time that a frame of clay may take \[s\], as far as it can be told: that of a frame of the app, within
-/// these bounds. On a slow machine frames of clay are shorter, not later, and the clay answers a tool as
-/// soon.
-pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
-/// The shortest frame that is planned for that \[s\].
-const FRAME_MIN: f64 = 1e-4;
-/// The first frame of an engine of which nothing is known \[s\].
-const FRAME_FIRST: f64 = 1e-3;
 
 /// What is to be done next.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +76,11 @@ pub enum Decision {
 pub struct Policy {
     /// Gravity [m/s^2].
     pub gravity: DVec3,
-    /// How far inertia may be scaled while a tool engages supported clay.
+    /// Which integrator frames have.
+    pub integrator: IntegratorChoice,
+    /// How finely implicit steps follow a tool.
+    pub accuracy: StepAccuracy,
+    /// How far explicit steps may scale inertia while a tool engages supported clay.
     pub inertia: InertiaScaling,
     /// Greatest substep \[s\], however much longer one would be stable.
     pub time_step: Option<f64>,
@@ -94,6 +97,8 @@ impl Default for Policy {
     fn default() -> Self {
         Self {
             gravity: StepLimits::default().gravity,
+            integrator: IntegratorChoice::default(),
+            accuracy: StepAccuracy::default(),
             inertia: InertiaScaling::Off,
             time_step: None,
             outputs: FrameOutputs::default(),
@@ -119,6 +124,9 @@ pub struct PlannerState {
     last_duration: f64,
     next_id: u64,
     sheets: Sheets,
+    /// Of the integrator.
+    #[serde(default)]
+    course: Course,
 }
 
 /// What is planned for one engine's clay, and from what.
@@ -130,8 +138,10 @@ pub struct Planner {
     state: PlannerState,
     under_way: usize,
     owed: f64,
-    /// Wall time per simulated time, of the last frame; none until one has ended.
-    cost: Option<f64>,
+    /// Of the last frame; none until one has ended.
+    cost: Option<Cost>,
+    /// Implicit steps per second that the last plan asked for [1/s].
+    rate: f64,
     given_up: f64,
     trails: Trails,
     /// The plan that was handed out last, until it is sent or refused.
@@ -152,7 +162,8 @@ impl Planner {
     /// For clay as it stands in `snapshot`.
     pub fn new(snapshot: &Snapshot) -> Self {
         let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
-        Self::resume(snapshot, PlannerState { speeds: [speed; 2], sheets: Sheets::new(snapshot), ..PlannerState::default() })
+        let (sheets, course) = (Sheets::new(snapshot), Course::new());
+        Self::resume(snapshot, PlannerState { speeds: [speed; 2], sheets, course, ..PlannerState::default() })
     }
 
     /// For the clay of `snapshot`, saved where no frame was under way, to go on where the planner stood then.
@@ -218,9 +229,7 @@ impl Planner {
 
     /// The longest frame that the engine affords \[s\].
     fn frame_max(&self) -> f64 {
-        let Some(wall) = self.policy.wall else { return FRAME_MAX };
-        let afforded = |cost: f64| wall.clamp(FRAME_WALL.0, FRAME_WALL.1) / cost.max(f64::MIN_POSITIVE);
-        self.cost.map_or(FRAME_FIRST, |cost| afforded(cost).clamp(FRAME_MIN, FRAME_MAX))
+        self.policy.wall.map_or(FRAME_MAX, |wall| Cost::frame_max(self.cost, wall, self.rate))
     }
 
     /// The next frame of clay made of `material`: of the time owed, if there is any and fewer than
@@ -254,17 +263,40 @@ impl Planner {
 
     /// A plan from the report of the frame two before.
     fn draft(&mut self, material: &ClayMaterial, duration: f64, paths: &[ToolPath]) -> FramePlan {
-        let Policy { gravity, inertia, time_step, outputs, .. } = self.policy;
+        let Policy { gravity, inertia, time_step, outputs, integrator, .. } = self.policy;
         let slot = parity(self.state.next_id);
         let inertia = if self.state.engaged[slot] { inertia } else { InertiaScaling::Off };
         // The frame between that report and this plan adds what gravity does in it.
         let speed = self.state.speeds[slot] + gravity.length() * self.state.last_duration;
         let limits = StepLimits { speed, inertia, gravity, time_step, ..StepLimits::default() };
-        let mut plan = limits.frame(material, self.cell_width, duration, paths);
-        let support = outputs.support || self.policy.inertia != InertiaScaling::Off;
+        let explicit = limits.frame(material, self.cell_width, duration, paths);
+        let mut plan = match integrator {
+            IntegratorChoice::Explicit => explicit,
+            IntegratorChoice::Auto if self.state.course.flies(slot) => explicit,
+            IntegratorChoice::Auto | IntegratorChoice::Implicit => self.implicit(&limits, slot, explicit),
+        };
+        let is_asked = self.policy.inertia != InertiaScaling::Off || integrator == IntegratorChoice::Auto;
+        let support = outputs.support || is_asked;
         (plan.id, plan.outputs) = (self.state.next_id, FrameOutputs { support, ..outputs });
         self.state.sheets.deal(&mut plan);
+        plan.may_rest = self.state.course.may_rest(slot, &plan);
         plan
+    }
+
+    /// The implicit frame in the place of the `explicit` one, unless that is better and may be chosen:
+    /// cheaper, or with a blade.
+    fn implicit(&mut self, limits: &StepLimits, slot: usize, explicit: FramePlan) -> FramePlan {
+        // Clay that rests does not fall.
+        let falls = self.state.speeds[slot] > 0.5 * limits.gravity.length() * self.state.last_duration;
+        let limits = StepLimits { speed: if falls { limits.speed } else { self.state.speeds[slot] }, ..*limits };
+        let accuracy = self.policy.accuracy;
+        let refinement = self.state.course.refinement(slot);
+        self.rate = limits.implicit_rate(accuracy, self.cell_width, &explicit.tools) * f64::from(refinement);
+        let clay = (&explicit.material, self.cell_width);
+        let plan = limits.implicit_frame(accuracy, refinement, clay, explicit.duration(), &explicit.tools);
+        let is_cheaper = explicit.steps <= plan.steps.saturating_mul(accuracy.passes());
+        let is_better = is_cheaper || explicit.divides();
+        if is_better && self.policy.integrator == IntegratorChoice::Auto { explicit } else { plan }
     }
 
     /// The engine has taken the last plan.
@@ -302,9 +334,8 @@ impl Planner {
             self.state.density_scale = report.density_scale;
         }
         self.state.sheets.note(report);
-        if report.duration() > 0.0 && report.timings.total > 0.0 {
-            self.cost = Some(report.timings.total / report.duration());
-        }
+        self.state.course.note(slot, report, speed / self.cell_width);
+        self.cost = Cost::of(report).or(self.cost);
         self.given_up += self.trails.end(is_given_up);
     }
 

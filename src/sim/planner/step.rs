@@ -1,7 +1,8 @@
 //! The time step of the explicit integrator: how many substeps a frame needs, and how much inertia may be
 //! scaled.
 
-use super::super::frame::{FramePlan, Integrator};
+use super::super::frame::FramePlan;
+use super::super::integrator::Integrator;
 use super::super::material::ClayMaterial;
 use super::super::snapshot::Snapshot;
 use super::super::tool::ToolPath;

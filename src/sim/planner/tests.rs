@@ -1,6 +1,7 @@
 use super::super::material::Preset;
 use super::super::params::{Domain, Walls};
 use super::super::tool::{Contact, PoseSample, Tool, ToolShape};
+use super::afford::FRAME_MIN;
 use super::*;
 use glam::DVec3;
 

@@ -179,6 +179,41 @@ impl Blade {
         (self.holds && self.is_near(&foot)).then(|| (foot.distance, self.motion.end.rotation * foot.normal))
     }
 
+    /// The blade as a particle of `side` (+1, -1) has it before it at the step's end, standing at `at` then
+    /// and at `start` when the step began: its distance, negative behind the blade, and the unit normal
+    /// towards the side. None beside the blade, of what came behind it round its rim, and of blades that hold
+    /// nothing off.
+    pub(crate) fn flank(&self, side: i8, start: DVec3, at: DVec3) -> Option<(f64, DVec3)> {
+        let (sign, end) = (f64::from(side), self.motion.end);
+        let local = end.to_local(at);
+        let foot = self.outline.foot(local);
+        let distance = sign * foot.distance;
+        let is_behind = distance < 0.0;
+        let went_through = || {
+            let start = end.to_local(start);
+            let from = self.outline.foot(start);
+            sign * from.distance >= 0.0 && (from.is_inside || self.outline.is_crossed(start, local))
+        };
+        let is_before = self.holds && foot.is_inside && (!is_behind || went_through());
+        is_before.then(|| (distance, end.rotation * foot.normal * sign))
+    }
+
+    /// Distance of `point` on `side` of the blade as it stands at the step's start, wherever that ends.
+    pub(crate) fn distance_before(&self, side: i8, point: DVec3) -> f64 {
+        self.distance_of(side, self.motion.start.to_local(point))
+    }
+
+    /// The same of a point in the blade's own frame.
+    pub(crate) fn distance_of(&self, side: i8, local: DVec3) -> f64 {
+        f64::from(side) * self.outline.foot(local).distance
+    }
+
+    /// A point of the blade's own frame brought to `distance` on `side` of it, along the normal.
+    pub(crate) fn at_distance(&self, side: i8, local: DVec3, distance: f64) -> DVec3 {
+        let foot = self.outline.foot(local);
+        local + foot.normal * (f64::from(side) * distance - foot.distance)
+    }
+
     /// What the substep means to a particle that stands at `point`, having come from `previous` in the
     /// substep before, while the blade moves from start to end. Where it came from counts: clay that flows
     /// round the rim and under the blade by its own motion comes near anew.

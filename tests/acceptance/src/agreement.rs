@@ -1,8 +1,10 @@
 //! An engine against the f64 oracle: same snapshot, same plan, particle by particle. The cases that every
 //! engine has to pass.
 
+mod implicit;
 mod press;
 
+pub use implicit::{implicit_blades, implicit_cuts, implicit_steps};
 pub use press::{
     assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
     tools_in_a_corner, walls_in_a_corner,
@@ -479,25 +481,4 @@ pub fn run(engine: &mut dyn Engine, case: &Case, frames: usize) -> Vec<u8> {
     let mut saved = engine.save().expect("save");
     saved.particles.sort_by_key(|p| p.id);
     saved.to_bytes()
-}
-
-/// Implicit steps: a ball with each contact on clay that hardens and flows, on each floor; eight passes of
-/// two steps, far from the least, so that every iteration counts.
-pub fn implicit_steps() -> Vec<Agreement> {
-    let of = |floor: Wall, contact: Contact| {
-        let material = ClayMaterial { hardening_modulus: 2e4, viscosity: 100.0, flow_index: 0.5, ..soft() };
-        let mut s = block(IVec3::new(9, 8, 9), 0.0, floor_walls(floor), material);
-        velocities(&mut s, |at| 0.02 * DVec3::new((at.y / 3.0).sin(), (at.x / 4.0).cos() - 1.0, (at.x / 5.0).sin()));
-        let mut p = plan(&s, 1.0, 1, vec![]);
-        p.dt = 1e-3;
-        p.steps = 2;
-        p.integrator = Integrator::Implicit { passes: 8 };
-        p.volume_averaging = 5e-4;
-        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.3, 11.1, 10.6);
-        let tool = Tool { shape: ToolShape::Sphere { radius: 3.0 * CELL }, contact };
-        p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.1, -0.4, 0.05), DQuat::IDENTITY)];
-        Agreement { position: 1e-5, strain: 1e-5, ..agreement(format!("implicit, {floor:?} floor, {contact:?}"), s, p) }
-    };
-    let floors = [Wall::Separate, Wall::Slip, Wall::Stick];
-    floors.into_iter().flat_map(|floor| Contact::ALL.map(|contact| of(floor, contact))).collect()
 }

@@ -14,6 +14,7 @@ const SCENE: &str = "(
     jitter: 0.3,
     frame_time: 0.003,
     duration: 0.03,
+    integrator: Explicit,
     inertia: Fast,
     tools: [
         (name: \"ball\", shape: Sphere(radius: 0.006), keyframes: [

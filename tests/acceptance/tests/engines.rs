@@ -242,12 +242,83 @@ fn implicit_steps_agree() {
     assert_all(agreement::implicit_steps());
 }
 
-/// Their bits do not depend on the number of threads.
+/// Their bits do not depend on the number of threads: under a ball, about a blade, at cuts.
 #[test]
 fn implicit_runs_are_bit_identical() {
-    let case = &agreement::implicit_steps()[1].case;
-    let run = |threads| agreement::run(&mut NativeEngine::with_threads(threads), case, 3);
-    assert!(run(1) == run(2), "one thread against two");
+    for cases in [agreement::implicit_steps(), agreement::implicit_blades(), agreement::implicit_cuts()] {
+        let run = |threads| agreement::run(&mut NativeEngine::with_threads(threads), &cases[1].case, 3);
+        assert!(run(1) == run(2), "one thread against two: {}", cases[1].name);
+    }
+}
+
+/// Stiff clay in frames of one implicit step each, or of explicit ones, and a tool that goes `way` \[cells\] in
+/// each: the force on it along that.
+fn force_path(s: &Snapshot, integrator: Integrator, tool: Tool, at: DVec3, way: DVec3, turn: DQuat, frames: u32) -> Vec<f64> {
+    let mut engine = NativeEngine::new();
+    engine.load(s).expect("load");
+    let mut p = FramePlan { volume_averaging: 5e-4, gravity: DVec3::ZERO, ..plan(s, 0.5, 1, vec![]) };
+    let duration = way.length() * CELL / 0.02;
+    if let Integrator::Explicit { density_scale } = integrator {
+        p.steps = (duration / (p.dt * density_scale.sqrt())).ceil() as u32;
+    }
+    p.dt = duration / f64::from(p.steps);
+    p.integrator = integrator;
+    let frame = |i: u32| {
+        let from = at + f64::from(i) * way;
+        p.tools = vec![moving(s, &p, tool, from, from + way, turn)];
+        engine.submit(p.clone()).expect("submit");
+        let report = engine.wait().expect("report");
+        assert!(report.health.is_ok() && report.balance_error() < 1e-6, "{} {:e}", report.health, report.balance_error());
+        let pose = p.tools[0].pose_at(duration);
+        if let ToolShape::Blade { half_width, half_height } = tool.shape {
+            let is_behind = |q: &Particle| {
+                let local = pose.to_local(s.domain.to_world(q.grid()));
+                let side = q.tags.iter().find(|tag| tag.sheet == 3).map_or(0, |tag| tag.sign());
+                local.x.abs() < half_width && local.y.abs() < half_height && f64::from(side) * local.z < 0.0
+            };
+            assert_eq!(engine.save().expect("save").particles.iter().filter(|q| is_behind(q)).count(), 0, "frame {i}");
+        }
+        report.tools[0].force.dot(way.normalize())
+    };
+    (0..frames).map(frame).collect()
+}
+
+fn stiff() -> ClayMaterial {
+    ClayMaterial { young_modulus: 5.5e5, poisson_ratio: 0.45, yield_stress: 1e4, density: 1700.0, weld: Weld::Off, ..soft() }
+}
+
+/// No particle gets to the wrong side of a blade that sweeps a cell and more through clay, and it bears.
+#[test]
+fn nothing_leaks_through_a_blade_in_implicit_steps() {
+    let s = block(IVec3::new(8, 6, 5), 0.0, floor_walls(Wall::Stick), stiff());
+    let tool = Tool {
+        shape: ToolShape::Blade { half_width: 9.0 * CELL, half_height: 2.1 * CELL },
+        contact: Contact::Separate { friction: 0.3 },
+    };
+    let (at, turn) = (s.domain.wall_nodes().0.as_dvec3() + DVec3::new(9.13, 4.2, 8.5), DQuat::from_rotation_y(PI / 2.0));
+    for (way, frames) in [(0.1, 12), (0.25, 6)] {
+        let integrator = Integrator::Implicit { passes: 15 };
+        let force = force_path(&s, integrator, tool, at, DVec3::X * way, turn, frames);
+        let least = force.iter().skip(2).fold(f64::INFINITY, |least, force| least.min(-force));
+        assert!(least > 5.0, "{way}: {force:?}");
+    }
+}
+
+/// A block that a level cut divides bears between floor and plate what it bears in explicit steps.
+#[test]
+fn closed_cuts_bear_in_implicit_steps() {
+    let mut s = block(IVec3::splat(6), 0.0, floor_walls(Wall::Separate), stiff());
+    let low = s.domain.wall_nodes().0.as_dvec3();
+    for q in &mut s.particles {
+        let side = q.grid().y - low.y - 3.13;
+        q.tags[0] = Tag { sheet: 7, side: if side < 0.0 { -1 } else { 1 } };
+    }
+    let tool = Tool { shape: ToolShape::Box { half_size: DVec3::new(9.0, 2.0, 9.0) * CELL }, contact: agreement::SEPARATE };
+    let at = low + DVec3::new(9.0, 8.0, 9.0);
+    let of = |integrator| force_path(&s, integrator, tool, at, DVec3::NEG_Y * 0.05, DQuat::IDENTITY, 8);
+    let (implicit, explicit) = (of(Integrator::Implicit { passes: 30 }), of(Integrator::Explicit { density_scale: 16.0 }));
+    let [ours, theirs] = [&implicit, &explicit].map(|force| -force[5..].iter().sum::<f64>());
+    assert!(theirs > 60.0 && (ours / theirs - 1.0).abs() < 0.1, "{implicit:?} {explicit:?}");
 }
 
 #[test]

@@ -254,16 +254,8 @@ fn bad_plans_name_their_parameter() {
     assert_eq!(name_of(&|p| p.dt = f64::NAN), "dt");
     assert_eq!(name_of(&|p| p.steps = 0), "steps");
     assert_eq!(name_of(&|p| p.integrator = Integrator::Implicit { passes: 2 }), "passes");
-    let refuses_implicit = |change: &dyn Fn(&mut FramePlan), p: &mut FramePlan| {
-        p.integrator = Integrator::Implicit { passes: 10 };
-        change(p);
-    };
-    let blade = || {
-        let shape = ToolShape::Blade { half_width: 0.01, half_height: 0.01 };
-        ToolPath::still(1, Tool { shape, contact: Contact::default() }, Pose::default())
-    };
-    assert_eq!(name_of(&|p| refuses_implicit(&|p| p.tools = vec![blade()], p)), "integrator");
-    assert_eq!(name_of(&|p| refuses_implicit(&|p| p.validation.damping = 1.0, p)), "integrator");
+    let damped = |p: &mut FramePlan| (p.integrator, p.validation.damping) = (Integrator::Implicit { passes: 10 }, 1.0);
+    assert_eq!(name_of(&damped), "integrator");
     assert_eq!(name_of(&|p| p.integrator = Integrator::Explicit { density_scale: 0.5 }), "density_scale");
     assert_eq!(name_of(&|p| p.gravity.y = f64::INFINITY), "gravity");
     assert_eq!(name_of(&|p| p.material.poisson_ratio = 0.5), "poisson_ratio");

@@ -1,7 +1,8 @@
 //! The f64 oracle against closed forms: free flight, rotation, waves, weight, walls, tools and cuts.
 
-use bevy_clay::sim::frame::{FramePlan, FrameReport, Integrator};
+use bevy_clay::sim::frame::{FramePlan, FrameReport};
 use bevy_clay::sim::health::Health;
+use bevy_clay::sim::integrator::Integrator;
 use bevy_clay::sim::material::{ClayMaterial, Preset};
 use bevy_clay::sim::oracle::{Oracle, Particle, law};
 use bevy_clay::sim::params::{Domain, WALL_NODE, Wall, Walls};

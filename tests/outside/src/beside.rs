@@ -9,7 +9,7 @@ type All = (
     (Clay, ClayChange, ClayChanged, ClayClock, ClayEngine, ClayEngineLost, ClayError, ClayExported, ClayGravity),
     (ClayHistory, ClayLaw, ClayMaterial, ClayMetrics, ClayPlugins, ClayReady, ClayReport, ClayScene, ClaySettings),
     (ClaySource, ClaySpace, ClayStatus, ClaySurface, ClaySystems, ClayTrouble, Contact, DropOffcuts, EngineChoice),
-    (ExportClay, ExportFormat, ExportOptions, BodyFiles, FrameReport, ToolReport, Health, InertiaScaling, Backlog),
+    (ExportClay, ExportFormat, ExportOptions, BodyFiles, FrameReport, ToolReport, Health, InertiaScaling, IntegratorChoice, StepAccuracy, Backlog),
     (MaterialFile, MeshQuality, NativeEngine, NoAutoMaterial, Planner, Decision, Pose, Preset, RedoClay, ResampleClay),
     (ResetClay, SchedulePlugin, SculptTool, Snapshot, SurfaceBackend, Tool, ToolForce, ToolShape, ToolStatus),
     (ToolTrail, TouchesOnly, UndoClay, Weld, Box<dyn Engine>, EngineError),

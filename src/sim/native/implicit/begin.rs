@@ -2,16 +2,17 @@
 //! stress and contact.
 
 use super::super::super::cut::CutKey;
-use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MAX, GUESS_WAY_MAX};
+use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MIN, GUESS_WAY_MAX};
 use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
-use super::super::meeting::{self, Fold, Meeting};
-use super::super::nodes::CutBlock;
+use super::super::meeting::{self, Fold, Meeting, Ties};
+use super::super::nodes::{ClassMasses, CutBlock};
 use super::super::state::State;
 use super::layout::{Index, Layout, Link, Place};
+use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
 use super::vectors::{Block3, Vector};
-use glam::DVec3;
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 /// The nodes of a step.
@@ -27,6 +28,8 @@ pub(super) struct Nodes {
     pub(super) free: Vector,
     /// 0 where a wall holds a component, else 1.
     held: Vector,
+    /// 1 where the preconditioner has an unknown, however light; -1 where a wall holds clay.
+    pub(super) live: Vector,
     /// The splines' diagonal.
     pub(super) diagonal: Vector,
     /// How full the cell is whose low corner the node is.
@@ -40,11 +43,19 @@ pub(super) struct Begun {
     pub(super) layout: Layout,
     pub(super) tagged_slots: Vec<Vec<u32>>,
     pub(super) nodes: Nodes,
+    pub(super) sides: Pairs,
 }
 
 impl Begun {
-    /// Sums what the particles brought.
-    pub(super) fn new(state: &State, grid: &mut Grid, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> Self {
+    /// Sums what the particles brought; `modulus` is that of the clay's P-waves.
+    pub(super) fn new(
+        state: &State,
+        grid: &mut Grid,
+        tiles: &Tiles,
+        step: &GridStep,
+        meeting: &Meeting<'_>,
+        modulus: f64,
+    ) -> Self {
         grid.find_cuts(state, tiles);
         let mut slots: Vec<Place> = state.blocks.iter().map(|block| Place { block: *block, key: CutKey::UNTAGGED }).collect();
         let mut first_tagged = vec![];
@@ -64,17 +75,19 @@ impl Begun {
         let mut layout = Layout { slots, ..Layout::default() };
         layout.find_neighbours(&index);
         let sums: Vec<_> = (0..layout.slots.len()).into_par_iter().map(|slot| nodes_of(&layout, tiles, slot)).collect();
-        let folds = ties(&mut layout, &sums, state, grid, &first_tagged, step, meeting);
+        let (folds, divided) = ties(&mut layout, &sums, state, grid, &first_tagged, step, meeting);
+        layout.mark_links();
         let nodes = Nodes::new(&layout, &sums, &folds, step.gravity);
-        Self { layout, tagged_slots, nodes }
+        let sides = Pairs::new(&divided, (&nodes.mass, &nodes.free), modulus);
+        Self { layout, tagged_slots, nodes, sides }
     }
 }
 
-/// The ties of a block's slots, and the columns that walls fold in them.
-type Ties = (Vec<Link>, Vec<(usize, Fold)>);
+/// The ties of a block's slots, the columns that walls fold in them, and the fields that kept cuts divide.
+type Found = (Vec<Link>, (Vec<(usize, Fold)>, Vec<Divided>));
 
 /// Ties classes to the fields in which they move, then walls' outer nodes to the inner ones. Returns the
-/// columns folded in each slot.
+/// columns folded in each slot, and the fields that kept cuts divide.
 fn ties(
     layout: &mut Layout,
     sums: &[super::super::nodes::Nodes],
@@ -83,22 +96,32 @@ fn ties(
     first_tagged: &[usize],
     step: &GridStep,
     meeting: &Meeting<'_>,
-) -> Vec<(usize, Fold)> {
-    let found: Vec<Ties> = (0..state.blocks.len())
+) -> (Vec<(usize, Fold)>, Vec<Divided>) {
+    let slot_of = |i: usize, class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
+    let cut_of = |i: usize| {
+        let keys = &grid.cuts[grid.cut_slot[i].checked_sub(1)? as usize].keys;
+        let nodes = (1..=keys.len()).map(|class| sums[slot_of(i, class)]).collect();
+        Some(CutBlock { keys: keys.clone(), nodes, ghosts: vec![] })
+    };
+    let cuts: Vec<Option<CutBlock>> = (0..state.blocks.len()).into_par_iter().map(cut_of).collect();
+    let folded = |i: usize| cuts[i].as_ref().map(|cut| meeting::folded_masses(&sums[i], cut, state.blocks[i], step, meeting));
+    let masses: Vec<Option<ClassMasses>> = (0..state.blocks.len()).into_par_iter().map(folded).collect();
+    let masses_of = |block: IVec3| masses[state.table.slot(block)?].as_ref();
+    let found: Vec<Found> = (0..state.blocks.len())
         .into_par_iter()
         .map(|i| {
             let block = state.blocks[i];
-            let cut = grid.cut_slot[i].checked_sub(1).map(|cut| &grid.cuts[cut as usize].keys);
             let (mut links, mut folds) = (vec![], vec![]);
-            if cut.is_none() && !meeting.concerns(block) {
-                return (links, folds);
+            if cuts[i].is_none() && !meeting.concerns(block) {
+                return (links, (folds, vec![]));
             }
-            let slot_of = |class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
-            let cut = cut.map(|keys| {
-                let nodes = (0..keys.len()).map(|k| sums[slot_of(k + 1)]).collect();
-                CutBlock { keys: keys.clone(), nodes, ghosts: vec![] }
+            let slot_of = |class: usize| slot_of(i, class);
+            let Ties { leaders, folds: columns, divided } =
+                meeting::ties(&sums[i], cuts[i].as_ref(), block, step, meeting, &masses_of);
+            let divided = divided.into_iter().map(|(node, fields, normal)| {
+                let slots = fields.map(|class| slot_of(class.into()) as u32);
+                Divided { slots, node: node as u8, normal }
             });
-            let (leaders, columns) = meeting::fields(&sums[i], cut.as_ref(), block, step, meeting, &|_| None);
             for (class, leader) in leaders.iter().enumerate() {
                 for (k, leader) in leader.iter().enumerate().filter(|(_, leader)| usize::from(**leader) != class) {
                     let at = |class: usize| (slot_of(class) as u32, k as u8);
@@ -116,12 +139,13 @@ fn ties(
                     links.push(Link { from: at(fold.outer), to: at(fold.inner), image: fold.image.as_vec3().to_array() });
                 }
             }
-            (links, folds)
+            (links, (folds, divided.collect()))
         })
         .collect();
-    let (links, folds): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    let (links, found): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     layout.links = links.concat();
-    folds.concat()
+    let (folds, divided): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    (folds.concat(), divided.concat())
 }
 
 impl Nodes {
@@ -152,6 +176,22 @@ impl Nodes {
             nodes.is_at_wall[*slot] |= 1 << fold.outer | 1 << fold.wall | 1 << fold.inner;
         }
         let g = gravity.as_vec3().to_array();
+        nodes.fold_fill(folds);
+        nodes.live = vec![Block3::ZERO; count];
+        for (i, live) in nodes.live.iter_mut().enumerate() {
+            for k in 0..64 {
+                for d in 0..3 {
+                    let sign = 2.0 * nodes.held[i].0[d][k] - 1.0;
+                    live.0[d][k] = if mass[i].0[0][k] > 0.0 { sign } else { 0.0 };
+                }
+            }
+        }
+        for Link { from, to, image } in &layout.links {
+            for d in 0..3 {
+                let is_held = from.0 == to.0 && image[d] <= 0.0 && mass[to.0 as usize].0[0][usize::from(to.1)] > 0.0;
+                nodes.live[from.0 as usize].0[d][usize::from(from.1)] = if is_held { -1.0 } else { 0.0 };
+            }
+        }
         let mut is_linked = vec![0u64; count];
         layout.links.iter().for_each(|link| is_linked[link.from.0 as usize] |= 1 << link.from.1);
         for i in 0..count {
@@ -171,15 +211,41 @@ impl Nodes {
         nodes
     }
 
+    /// Brings the fill of cells beyond walls to their images.
+    fn fold_fill(&mut self, folds: &[(usize, Fold)]) {
+        for stride in [16, 4, 1] {
+            for (slot, fold) in folds.iter().filter(|(_, fold)| fold.outer.abs_diff(fold.wall) == stride) {
+                let (from, to) = if fold.outer < fold.wall { (fold.outer, fold.wall) } else { (fold.wall, fold.inner) };
+                let got = std::mem::take(&mut self.fill[*slot][from]);
+                self.fill[*slot][to] += got;
+            }
+        }
+    }
+
+    /// Makes of what acts on a slot's nodes the residual: inertia less that, where something is free.
+    #[inline]
+    pub(super) fn subtract_from_inertia(&self, slot: usize, u: &Block3, acting: &mut Block3) {
+        let (mass, velocity, free) = (&self.mass[slot], &self.velocity[slot], &self.free[slot]);
+        for d in 0..3 {
+            for k in 0..64 {
+                let inertia = mass[k] * (u.0[d][k] - velocity.0[d][k]);
+                acting.0[d][k] = free.0[d][k] * (inertia - acting.0[d][k]);
+            }
+        }
+    }
+
     /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
     pub(super) fn guess(&self, gravity: DVec3) -> Vector {
-        let weight = if gravity.length() < GUESS_FALL_MAX { [0.0; 3] } else { gravity.as_vec3().to_array() };
+        let weight = gravity.as_vec3().to_array();
+        let falls_from = GUESS_FALL_MIN as f32 * gravity.length_squared() as f32;
         let way_max = GUESS_WAY_MAX as f32;
         let mut guess = self.velocity.clone();
         for (i, u) in guess.iter_mut().enumerate() {
             for k in 0..64 {
                 let has_mass = self.mass[i][k] > 0.0;
-                let way: [f32; 3] = std::array::from_fn(|d| if has_mass { u.0[d][k] - weight[d] } else { 0.0 });
+                let own: [f32; 3] = std::array::from_fn(|d| if has_mass { u.0[d][k] - weight[d] } else { 0.0 });
+                let falls = own[0] * weight[0] + own[1] * weight[1] + own[2] * weight[2] > falls_from;
+                let way: [f32; 3] = std::array::from_fn(|d| if falls { u.0[d][k] } else { own[d] });
                 let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
                 let kept = if length > way_max { way_max / length } else { 1.0 };
                 for d in 0..3 {

@@ -1,21 +1,27 @@
-//! Solid tools and separating walls press on particles at the step's end, in cells, steps and eighths of a
-//! full cell's mass; in f64, one particle after the other.
+//! Tools and separating walls press on particles at the step's end, in cells, steps and eighths of a full
+//! cell's mass; in f64, one particle after the other.
 
 use super::super::super::coefficients::ContactCoefficients;
 use super::super::super::params::Domain;
-use super::super::super::penalty::{FOUND_DEPTH, Surface, reach};
+use super::super::super::penalty::{BOND_REACH, FOUND_DEPTH, Surface, reach};
 use super::super::super::snapshot::{ANCHORS_MAX, Anchor};
-use super::super::super::tool::Contact;
+use super::super::super::tool::{Blade, Contact};
 use super::super::contact::ToolNow;
 use super::super::grid_step::GridReport;
 use super::super::state::{Cold, Hot, unpack_cell};
 use super::super::walls::NearWall;
 use glam::{DVec3, IVec3};
 
-/// The solid tools and the separating walls near a block.
+/// Of a clearance [cells]: coordinates of some hundred cells are f32.
+const ROUNDING: f64 = 1e-3;
+
+/// The tools and the separating walls near a block.
 #[derive(Debug)]
 pub(super) struct Near<'a> {
+    /// The solid ones.
     tools: Vec<(usize, &'a ToolNow)>,
+    /// Those that hold clay off on either side.
+    blades: Vec<(usize, &'a ToolNow, Blade)>,
     walls: Vec<NearWall>,
     springs: ContactCoefficients,
 }
@@ -31,45 +37,74 @@ pub(super) struct Press {
 
 impl<'a> Near<'a> {
     /// Those near `block`, if there are any.
-    pub(super) fn of(block: IVec3, tools: &'a [ToolNow], domain: &Domain, springs: ContactCoefficients) -> Option<Self> {
+    pub(super) fn of(block: IVec3, all: &'a [ToolNow], domain: &Domain, springs: ContactCoefficients) -> Option<Self> {
         let is_near = |t: &(usize, &ToolNow)| t.1.is_solid() && t.1.is_near_block(block);
-        let tools: Vec<_> = tools.iter().enumerate().filter(is_near).collect();
+        let tools: Vec<_> = all.iter().enumerate().filter(is_near).collect();
+        let blade = |(index, tool): (usize, &'a ToolNow)| {
+            let blade = tool.blade.filter(|blade| blade.holds && !tool.is_solid() && tool.is_near_block(block))?;
+            Some((index, tool, blade))
+        };
+        let blades: Vec<_> = all.iter().enumerate().filter_map(blade).collect();
         let walls: Vec<_> = NearWall::of(block, domain).into_iter().filter(NearWall::is_separating).collect();
-        (!tools.is_empty() || !walls.is_empty()).then_some(Self { tools, walls, springs })
+        let is_any = !tools.is_empty() || !blades.is_empty() || !walls.is_empty();
+        is_any.then_some(Self { tools, blades, walls, springs })
     }
 
-    /// What presses on a particle that has moved by `moved` \[cells\]; with a report the step ends so: anchors
-    /// and walls are kept, tools and walls get their impulses.
-    pub(super) fn press(&self, hot: &Hot, cold: &Cold, moved: DVec3, end: Option<(&mut Cold, &mut GridReport)>) -> Press {
+    /// By how much a particle can move before anything here touches it \[cells\]: a distance changes by the
+    /// way at most. Blades touch what has a side of them, wherever it is.
+    #[expect(clippy::cast_possible_truncation, reason = "a bound, with room for rounding")]
+    pub(super) fn clearance(&self, hot: &Hot) -> f32 {
+        let start = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        if !self.blades.is_empty() {
+            return f32::NEG_INFINITY;
+        }
+        let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)));
+        let walls = self.walls.iter().map(|wall| wall.distance(start));
+        let gap = tools.chain(walls).fold(f64::INFINITY, f64::min) - reach(f64::from(hot.mass) / 8.0);
+        (gap - BOND_REACH - ROUNDING) as f32
+    }
+
+    /// What presses on a particle that has moved by `moved` \[cells\]; with a report the step ends so:
+    /// anchors and walls are kept, and tools and walls get the impulses that they would give it `eased`
+    /// further.
+    pub(super) fn press(&self, hot: &Hot, cold: &Cold, moved: DVec3, end: Option<(DVec3, &mut Cold, &mut GridReport)>) -> Press {
         let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
         let start = cell + DVec3::from_array(hot.offset.map(f64::from));
         let mass = f64::from(hot.mass);
-        let mut sum = Sum { volume: mass / 8.0, ..Sum::default() };
-        self.by_tools(cold, [start, start + moved], &mut sum);
-        self.by_walls(cold, [start, start + moved], &mut sum);
-        if let Some((kept, report)) = end {
+        let sum = self.at(mass / 8.0, cold, [start, start + moved]);
+        if let Some((eased, kept, report)) = end {
             kept.anchors = sum.anchors;
             kept.walls = kept.walls & !separating(&self.walls) | sum.walls;
-            for (index, force) in &sum.tools {
-                let Some((_, tool)) = self.tools.iter().find(|t| t.0 == *index) else { continue };
+            let felt = self.at(mass / 8.0, cold, [start, start + moved + eased]);
+            report.unfelt += sum.force - felt.force;
+            for (index, tool, force) in &felt.tools {
                 report.give(*index, tool, start + moved, -*force);
                 report.tools[*index].2 += 1;
             }
-            if sum.on_walls != DVec3::ZERO {
-                report.push_by_wall(sum.on_walls);
+            if felt.on_walls != DVec3::ZERO {
+                report.push_by_wall(felt.on_walls);
             }
         }
         Press { velocity: (sum.force / mass).as_vec3().to_array(), stiffness: (sum.stiffness / mass).as_vec3().to_array() }
     }
 
-    fn by_tools(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum) {
+    /// What acts on a particle of this rest volume [cells^3] that has come from the first place to the
+    /// second.
+    fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2]) -> Sum<'a> {
+        let mut sum = Sum { volume, ..Sum::default() };
+        self.by_tools(cold, way, &mut sum);
+        self.by_blades(cold, way, &mut sum);
+        self.by_walls(cold, way, &mut sum);
+        sum
+    }
+
+    fn by_tools(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
         let reach = reach(sum.volume);
-        let mut count = 0;
         for &(index, tool) in &self.tools {
             let (from, to) = (tool.motion.start, tool.motion.end);
             let local = to.to_local(at);
             let gap = tool.shape.distance(local) - reach;
-            if gap >= super::super::super::penalty::BOND_REACH {
+            if gap >= BOND_REACH {
                 continue;
             }
             let gap_before = tool.shape.distance(from.to_local(start)) - reach;
@@ -81,19 +116,33 @@ impl<'a> Near<'a> {
                 Some(anchor) => Some(to.to_world(anchor.1)),
                 None => comes.then(|| to.to_world(from.to_local(start))),
             };
-            let springs = self.springs.of(sum.volume);
-            let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
-            sum.force += touch.force;
-            sum.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
-            sum.tools.push((index, touch.force));
-            if let (Some(seat), Some(anchor)) = (sum.anchors.get_mut(count), touch.anchor) {
-                *seat = Anchor::on(tool.id, to.to_local(anchor));
-                count += 1;
-            }
+            sum.by_tool((index, tool), &self.springs, &surface, at, anchor, |anchor| anchor);
         }
     }
 
-    fn by_walls(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum) {
+    fn by_blades(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
+        for (index, tool, blade) in &self.blades {
+            let side = cold.key().side(tool.sheet);
+            let Some((distance, normal)) = (if side == 0 { None } else { blade.flank(side, start, at) }) else { continue };
+            let (from, to) = (tool.motion.start, tool.motion.end);
+            let kept = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
+            let reach = match kept {
+                Some((_, anchor)) => blade.distance_of(side, anchor).max(0.0),
+                None => blade.distance_before(side, start).clamp(0.0, reach(sum.volume)),
+            };
+            let gap = distance - reach;
+            // It never is found in the blade: it is cut.
+            let surface = Surface { contact: tool.contact, gap, normal, leaving: gap };
+            let anchor = match kept {
+                Some((_, anchor)) => Some(to.to_world(anchor)),
+                None => (gap < 0.0 && tool.contact.can_part()).then(|| to.to_world(from.to_local(start))),
+            };
+            let place = |anchor| blade.at_distance(side, anchor, reach);
+            sum.by_tool((*index, *tool), &self.springs, &surface, at, anchor, place);
+        }
+    }
+
+    fn by_walls(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
         let reach = reach(sum.volume);
         for wall in &self.walls {
             let [gap_before, gap] = [start, at].map(|x| wall.distance(x) - reach);
@@ -117,13 +166,39 @@ fn separating(walls: &[NearWall]) -> u32 {
 
 /// What a particle gets, in the engine's units.
 #[derive(Default)]
-struct Sum {
+struct Sum<'a> {
     /// Rest volume [cells^3].
     volume: f64,
     force: DVec3,
     stiffness: DVec3,
-    tools: Vec<(usize, DVec3)>,
+    tools: Vec<(usize, &'a ToolNow, DVec3)>,
     on_walls: DVec3,
     anchors: [Anchor; ANCHORS_MAX],
+    /// How many of them are taken.
+    count: usize,
     walls: u32,
+}
+
+impl<'a> Sum<'a> {
+    /// What a tool does to the particle at `at` that clings to it by `anchor`; `place` is where in the tool's
+    /// frame the anchor is kept.
+    fn by_tool(
+        &mut self,
+        (index, tool): (usize, &'a ToolNow),
+        springs: &ContactCoefficients,
+        surface: &Surface,
+        at: DVec3,
+        anchor: Option<DVec3>,
+        place: impl Fn(DVec3) -> DVec3,
+    ) {
+        let springs = springs.of(self.volume);
+        let Some(touch) = springs.touch(surface, at, anchor) else { return };
+        self.force += touch.force;
+        self.stiffness += springs.stiffness(surface, at, anchor, touch.force);
+        self.tools.push((index, tool, touch.force));
+        if let (Some(seat), Some(anchor)) = (self.anchors.get_mut(self.count), touch.anchor) {
+            *seat = Anchor::on(tool.id, place(tool.motion.end.to_local(anchor)));
+            self.count += 1;
+        }
+    }
 }

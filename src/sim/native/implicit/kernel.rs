@@ -1,14 +1,16 @@
-//! Particle kernels of the implicit step over one class of a block: what the grid starts from, the slope at a
-//! place, and the step's end. Eight particles at a time, as in the explicit [`kernel`](super::super::kernel).
+//! Particle kernels of the implicit step over one class of a block: the slope at a place, and the step's end.
+//! Eight particles at a time, as in the explicit [`kernel`](super::super::kernel).
 
 use super::super::super::implicit;
 use super::super::grid_step::GridReport;
-use super::super::kernel::{Brought, Place, Stencil, Tile, gather, scatter, stencil};
+use super::super::kernel::Place;
 use super::super::law::{self, Sym8};
-use super::super::simd::{F8, Lanes, Node};
-use super::super::state::{Cold, Hot, MARGIN, strains, unpack_cell};
+use super::super::simd::{F8, Pairs};
+use super::super::state::{Cold, Hot, unpack_cell};
 use super::super::step::Step;
 use super::contact::Near;
+use super::eights::{Cell, Class, Eight};
+use super::tile::{Stencils, Tile4};
 use glam::DVec3;
 
 /// A matrix of eight particles: `m[c][r]`, column c.
@@ -18,36 +20,20 @@ type Matrix8 = [[F8; 3]; 3];
 #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
 const DETERMINANT_MIN: f32 = implicit::DETERMINANT_MIN as f32;
 
-/// What a particle keeps within a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seat {
-    /// Greatest |dev H| at rest.
-    pub(super) yield_norm: f32,
-    /// How much of its volume ratio is its cell's [-].
-    pub(super) share: f32,
-}
-
 /// Eight particles at a place of the nodes.
 #[derive(Clone, Copy)]
 pub(super) struct Bent {
-    /// H.
-    gradient: Matrix8,
-    /// By how much they moved \[cells\].
-    moved: [F8; 3],
+    /// `(I - H / 2)^-1` and `(I + H / 2)^-1`.
+    back: Matrix8,
+    forward: Matrix8,
     /// Hencky strain after the return.
     hencky: Sym8,
     plastic: F8,
-    /// By how much ln J changes with the cell.
+    /// ln J, and by how much it changes with the cell.
+    log: F8,
     change: F8,
     /// Mean stress over what its own ln J makes, in units of ln J.
     pressure: F8,
-}
-
-impl Bent {
-    /// By how much particle `k` moved \[cells\].
-    fn way(&self, k: usize) -> DVec3 {
-        DVec3::new(self.moved[0].0[k].into(), self.moved[1].0[k].into(), self.moved[2].0[k].into())
-    }
 }
 
 /// What an evaluation is given for all blocks.
@@ -58,80 +44,6 @@ pub(super) struct Evaluation {
     pub(super) averaging: f32,
     /// Whether it is the step's first: it finds how volumes are shared, and how stiff contact is.
     pub(super) is_first: bool,
-}
-
-/// Eight particles where the step's stencils stand.
-struct Middle {
-    cell: [[i32; 3]; 8],
-    x: [F8; 3],
-}
-
-#[inline(always)]
-fn middle(particles: &[Hot], place: &Place<'_>) -> Middle {
-    let mut out = Middle { cell: [[0; 3]; 8], x: [F8::ZERO; 3] };
-    for k in 0..8 {
-        let p = &particles[if k < particles.len() { k } else { 0 }];
-        let cell = unpack_cell(p.cell);
-        for d in 0..3 {
-            out.cell[k][d] = cell[d] - place.origin[d];
-            out.x[d].0[k] = p.offset[d] + (0.5 * p.velocity[d]).clamp(-MARGIN, MARGIN);
-        }
-    }
-    if let Some((low, high)) = place.room {
-        for d in 0..3 {
-            for k in 0..8 {
-                let cell = out.cell[k][d] as f32;
-                out.x[d].0[k] = out.x[d].0[k].clamp(low[d] - cell, high[d] - cell);
-            }
-        }
-    }
-    out
-}
-
-/// Grid coordinates \[cells\] of the first particles of a chunk at the step's middle.
-pub(super) fn middles(particles: &[Hot], place: &Place<'_>) -> [[f64; 3]; 8] {
-    let m = middle(particles, place);
-    std::array::from_fn(|k| std::array::from_fn(|d| f64::from(place.origin[d] + m.cell[k][d]) + f64::from(m.x[d].0[k])))
-}
-
-/// Scatters `[p, m, D, fill]`: momentum, mass, the splines' diagonal, and the volume in cells by their low
-/// corners.
-#[inline(always)]
-pub(super) fn found(step: &Step, place: &Place<'_>, hot: &[Hot], out: &mut Tile) {
-    *out = Tile::ZERO;
-    let (mu, both) = (0.5 * step.law.mu2, 0.5 * step.law.mu2 + step.law.lambda);
-    for chunk in hot.chunks(8) {
-        let middle = middle(chunk, place);
-        let s = stencil(&middle.cell, &middle.x);
-        for (k, p) in chunk.iter().enumerate() {
-            for n in 0..27 {
-                let at = [n / 9, n / 3 % 3, n % 3];
-                let weight = s.weights[0][at[0]].0[k] * s.weights[1][at[1]].0[k] * s.weights[2][at[2]].0[k];
-                let mut arm = [0.0f32; 3];
-                for d in 0..3 {
-                    arm[d] = at[d] as f32 - s.f[d].0[k];
-                }
-                let square = arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2];
-                let (mass, stiff) = (weight * p.mass, 4.0 * p.mass * weight * weight);
-                let mut q = [0.0f32; 8];
-                for d in 0..3 {
-                    let affine = p.affine[0][d] * arm[0] + p.affine[1][d] * arm[1] + p.affine[2][d] * arm[2];
-                    q[d] = mass * (p.velocity[d] + affine);
-                    q[4 + d] = stiff * (mu * square + both * arm[d] * arm[d]);
-                }
-                q[3] = mass;
-                let to = &mut out.0[s.first[k] + (at[0] * 7 + at[1]) * 8 + at[2]].0;
-                for d in 0..8 {
-                    to[d] += q[d];
-                }
-            }
-            let mut cell = [0i32; 3];
-            for d in 0..3 {
-                cell[d] = middle.cell[k][d] + middle.x[d].0[k].floor() as i32;
-            }
-            out.0[Tile::at(cell[0], cell[1], cell[2])].0[7] += p.mass / 8.0;
-        }
-    }
 }
 
 #[inline(always)]
@@ -145,17 +57,25 @@ fn product(a: &Matrix8, b: &Matrix8) -> Matrix8 {
     out
 }
 
+#[inline(always)]
+fn transposed(m: &Matrix8) -> Matrix8 {
+    let mut out = *m;
+    for c in 0..3 {
+        for r in 0..3 {
+            out[c][r] = m[r][c];
+        }
+    }
+    out
+}
+
 /// The inverse and the determinant.
 #[inline(always)]
 fn inverse(m: &Matrix8) -> (Matrix8, F8) {
-    let minor = |c: usize, r: usize| {
-        let (c1, c2, r1, r2) = ((c + 1) % 3, (c + 2) % 3, (r + 1) % 3, (r + 2) % 3);
-        m[c1][r1] * m[c2][r2] - m[c2][r1] * m[c1][r2]
-    };
     let mut cofactor = [[F8::ZERO; 3]; 3];
     for c in 0..3 {
         for r in 0..3 {
-            cofactor[r][c] = minor(c, r);
+            let (c1, c2, r1, r2) = ((c + 1) % 3, (c + 2) % 3, (r + 1) % 3, (r + 2) % 3);
+            cofactor[r][c] = m[c1][r1] * m[c2][r2] - m[c2][r1] * m[c1][r2];
         }
     }
     let determinant = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[1][0] + m[0][2] * cofactor[2][0];
@@ -181,213 +101,263 @@ fn beside(gradient: &Matrix8, half: f32) -> Matrix8 {
     out
 }
 
-/// Gathers H and u of a chunk, and returns it to the law. Whether a cell was turned inside out comes back.
+/// H of what was gathered.
 #[inline(always)]
-fn bend<L: Lanes>(step: &Step, s: &Stencil, hot: &[Hot], seats: &[Seat], u: &Tile) -> (Bent, bool) {
-    let got = gather::<L>(s, hot.len(), u);
+fn gradient_of(got: &[[F8; 3]; 4]) -> Matrix8 {
     let mut gradient = [[F8::ZERO; 3]; 3];
-    let mut moved = [F8::ZERO; 3];
-    let mut yield_norm = F8::splat(f32::INFINITY);
-    for k in 0..hot.len() {
-        for d in 0..3 {
-            moved[d].0[k] = got[0][k].0[d];
-            for c in 0..3 {
-                gradient[c][d].0[k] = 4.0 * got[c + 1][k].0[d];
-            }
+    for c in 0..3 {
+        for r in 0..3 {
+            gradient[c][r] = 4.0 * got[c][r];
         }
-        yield_norm.0[k] = seats[k].yield_norm;
     }
-    let (back, determinant) = inverse(&beside(&gradient, -0.5));
-    let (_, forward) = inverse(&beside(&gradient, 0.5));
-    let mut is_sound = true;
-    for k in 0..8 {
-        let (g, f) = (determinant.0[k], forward.0[k]);
-        is_sound &= g > DETERMINANT_MIN && f > DETERMINANT_MIN * g;
-    }
-    let increment = product(&back, &gradient);
-    let (hencky, plastic) = law::returned(&step.flow, &increment, &strains(hot), yield_norm);
-    let (change, pressure) = (F8::ZERO, F8::ZERO);
-    (Bent { gradient, moved, hencky, plastic, change, pressure }, is_sound)
+    gradient
 }
 
-/// Shares volumes within each cell: what ln J and the mean stress change by.
-fn share(hot: &[Hot], seats: &[Seat], bent: &mut [Bent]) {
+/// Returns eight particles with the gradient H to the law. Whether no cell was turned inside out comes back.
+#[inline(always)]
+fn bend(step: &Step, eight: &Eight, gradient: &Matrix8) -> (Bent, bool) {
+    let (back, determinant) = inverse(&beside(gradient, -0.5));
+    let (forward, turned) = inverse(&beside(gradient, 0.5));
+    let mut sound = true;
+    for k in 0..8 {
+        let (g, f) = (determinant.0[k], turned.0[k]);
+        sound &= (g > DETERMINANT_MIN) & (f > DETERMINANT_MIN * g);
+    }
+    let increment = product(&back, gradient);
+    let (hencky, plastic) = law::returned(&step.flow, &increment, &eight.strain, eight.yield_norm);
+    let log = hencky[0] + hencky[1] + hencky[2];
+    (Bent { back, forward, hencky, plastic, log, change: F8::ZERO, pressure: F8::ZERO }, sound)
+}
+
+/// Shares volumes within each cell, `part` of it: what ln J and the mean stress change by.
+fn share(cells: &[Cell], eights: &[Eight], bent: &mut [Bent], part: f64) {
+    for cell in cells {
+        let of = |i: usize| (part * f64::from(eights[i / 8].share.0[i % 8]), f64::from(eights[i / 8].mass.0[i % 8]));
+        let mut sum = 0.0;
+        for i in cell.first..cell.end {
+            let (share, mass) = of(i);
+            sum += share * mass * f64::from(bent[i / 8].log.0[i % 8]);
+        }
+        let mean = sum / (part * cell.weight);
+        let mut after = 0.0;
+        for i in cell.first..cell.end {
+            let ((share, mass), bent) = (of(i), &mut bent[i / 8]);
+            let log = f64::from(bent.log.0[i % 8]);
+            let change = share * (mean - log);
+            after += share * mass * (log + change);
+            bent.change.0[i % 8] = change as f32;
+        }
+        let after = after / (part * cell.weight);
+        for i in cell.first..cell.end {
+            let ((share, _), bent) = (of(i), &mut bent[i / 8]);
+            let (own, change) = (f64::from(bent.log.0[i % 8]), f64::from(bent.change.0[i % 8]));
+            bent.pressure.0[i % 8] = ((1.0 - share) * (own + change) + share * after - own) as f32;
+        }
+    }
+}
+
+/// How volumes are shared, of what the first guess has the particles flow.
+fn find_shares(averaging: f32, hot: &[Hot], class: &mut Class, bent: &[Bent]) {
+    for (eight, bent) in class.eights.iter_mut().zip(bent) {
+        for k in 0..8 {
+            let plastic = bent.plastic.0[k];
+            eight.share.0[k] = if plastic > 0.0 { -(-plastic / averaging).exp_m1() } else { 0.0 };
+        }
+    }
+    class.shared.clear();
     let mut first = 0;
     for cell in hot.chunk_by(|a, b| a.cell == b.cell) {
-        let members = first..first + cell.len();
-        first = members.end;
-        let trace = |bent: &[Bent], i: usize| {
-            let h = &bent[i / 8].hencky;
-            f64::from(h[0].0[i % 8]) + f64::from(h[1].0[i % 8]) + f64::from(h[2].0[i % 8])
-        };
-        let weight = |i: usize| f64::from(seats[i].share) * f64::from(hot[i].mass);
-        let sum: f64 = members.clone().map(weight).sum();
-        if sum <= 0.0 {
-            continue;
+        let end = first + cell.len();
+        let weight = |i: usize| f64::from(class.eights[i / 8].share.0[i % 8]) * f64::from(class.eights[i / 8].mass.0[i % 8]);
+        let weight: f64 = (first..end).map(weight).sum();
+        if weight > 0.0 {
+            class.shared.push(Cell { first, end, weight });
         }
-        let mean = members.clone().map(|i| weight(i) * trace(bent, i)).sum::<f64>() / sum;
-        let mut after = 0.0;
-        for i in members.clone() {
-            let change = f64::from(seats[i].share) * (mean - trace(bent, i));
-            after += weight(i) * (trace(bent, i) + change);
-            bent[i / 8].change.0[i % 8] = change as f32;
-        }
-        for i in members {
-            let (share, change) = (f64::from(seats[i].share), f64::from(bent[i / 8].change.0[i % 8]));
-            let own = trace(bent, i);
-            bent[i / 8].pressure.0[i % 8] = ((1.0 - share) * (own + change) + share * after / sum - own) as f32;
-        }
+        first = end;
     }
 }
 
-/// What a class of a block brings to the slope at the displacements `u`: `[f, contact]`, in the first pass
-/// `[f, contact's stiffness]`, which also finds how volumes are shared. Whether no cell was turned inside out
-/// comes back.
+/// Brings `-K` times the mass, of `K = (I - H/2)^-T tau (I + H/2)^-T`.
 #[inline(always)]
-pub(super) fn slope_with<L: Lanes>(
-    Evaluation { step, averaging, is_first }: &Evaluation,
-    place: &Place<'_>,
-    (hot, cold, seats): (&[Hot], &[Cold], &mut [Seat]),
-    near: Option<&Near<'_>>,
-    u: &Tile,
-    bent: &mut Vec<Bent>,
-    out: &mut Tile,
-) -> bool {
-    *out = Tile::ZERO;
-    bent.clear();
-    let mut is_sound = true;
-    for (chunk, seats) in hot.chunks(8).zip(seats.chunks(8)) {
-        let middle = middle(chunk, place);
-        let (new, sound) = bend::<L>(step, &stencil(&middle.cell, &middle.x), chunk, seats, u);
-        is_sound &= sound;
-        bent.push(new);
-    }
-    if *is_first && *averaging > 0.0 {
-        for (seats, bent) in seats.chunks_mut(8).zip(&*bent) {
-            for (k, seat) in seats.iter_mut().enumerate() {
-                seat.share = -(-bent.plastic.0[k] / averaging).exp_m1();
-            }
-        }
-    }
-    if *averaging > 0.0 {
-        share(hot, seats, bent);
-    }
+fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent, out: &mut Tile4) {
+    let mut tau = law::stress_of(&step.law, &bent.hencky);
     let bulk = step.law.lambda + step.law.mu2 / 3.0;
-    for ((chunk, cold), bent) in hot.chunks(8).zip(cold.chunks(8)).zip(&*bent) {
-        let middle = middle(chunk, place);
-        let mut tau = law::stress_of(&step.law, &bent.hencky);
-        for entry in &mut tau[..3] {
-            *entry = *entry + bulk * bent.pressure;
+    for entry in &mut tau[..3] {
+        *entry = *entry + bulk * bent.pressure;
+    }
+    let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
+    let mut moment = product(&transposed(&bent.back), &product(&t, &transposed(&bent.forward)));
+    let mass = F8::ZERO - eight.mass;
+    for column in &mut moment {
+        for entry in column {
+            *entry = *entry * mass;
         }
-        let moment = moment(&bent.gradient, &tau);
-        let mut brought = [[Node([0.0; 8]); 4]; 8];
-        for k in 0..chunk.len() {
-            for c in 0..3 {
-                for d in 0..3 {
-                    brought[k][c + 1].0[d] = -moment[c][d].0[k];
-                }
-            }
+    }
+    stencils.scatter::<L>(&moment, out);
+}
+
+/// What a class of a block brings to the slope at the displacements `u`: forces, in the first pass also how
+/// stiff contact is; that also finds how volumes are shared. Whether no cell was turned inside out comes
+/// back.
+#[inline(always)]
+pub(super) fn slope_with<L: Pairs>(
+    evaluation: &Evaluation,
+    class: &mut Class,
+    (hot, cold): (&[Hot], &[Cold]),
+    near: Option<&Near<'_>>,
+    u: &Tile4,
+    bent: &mut Vec<Bent>,
+) -> bool {
+    let Evaluation { step, averaging, is_first } = evaluation;
+    class.forces = Tile4::ZERO;
+    let mut is_sound = true;
+    if *averaging > 0.0 && (*is_first || !class.shared.is_empty()) {
+        bent.clear();
+        for eight in &class.eights {
+            let got = eight.stencils().gather::<L, false>(u);
+            let (new, sound) = bend(step, eight, &gradient_of(&got));
+            is_sound &= sound;
+            bent.push(new);
         }
-        if let Some(near) = near {
-            push(near, chunk, cold, bent, *is_first, &mut brought);
+        if *is_first {
+            find_shares(*averaging, hot, class, bent);
         }
-        let mut mass = F8::ZERO;
-        for (k, p) in chunk.iter().enumerate() {
-            mass.0[k] = p.mass;
+        share(&class.shared, &class.eights, bent, implicit::SHARED_WITHIN);
+        for (eight, bent) in class.eights.iter().zip(&*bent) {
+            bring::<L>(step, eight, &eight.stencils(), bent, &mut class.forces);
         }
-        scatter::<L>(&stencil(&middle.cell, &middle.x), chunk.len(), &brought, mass, out);
+    } else {
+        for eight in &class.eights {
+            let stencils = eight.stencils();
+            let got = stencils.gather::<L, false>(u);
+            let (new, sound) = bend(step, eight, &gradient_of(&got));
+            is_sound &= sound;
+            bring::<L>(step, eight, &stencils, &new, &mut class.forces);
+        }
+    }
+    if let Some(near) = near {
+        push(near, class, (hot, cold), u, *is_first);
     }
     is_sound
 }
 
-/// `K = (I - H/2)^-T tau (I + H/2)^-T`.
-#[inline(always)]
-fn moment(gradient: &Matrix8, tau: &Sym8) -> Matrix8 {
-    let (back, _) = inverse(&beside(gradient, -0.5));
-    let (forward, _) = inverse(&beside(gradient, 0.5));
-    let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
-    let transposed = |m: &Matrix8| {
-        let mut out = *m;
-        for c in 0..3 {
-            for r in 0..3 {
-                out[c][r] = m[r][c];
+/// Adds what tools and separating walls give. Weights sum up to 1: no particle moves further than the nodes
+/// do.
+fn push(near: &Near<'_>, class: &mut Class, (hot, cold): (&[Hot], &[Cold]), u: &Tile4, is_first: bool) {
+    let way_max = u.length_max();
+    let mut stiffness = class.contact.as_deref_mut().filter(|_| is_first);
+    if let Some(stiffness) = &mut stiffness {
+        **stiffness = Tile4::ZERO;
+    }
+    for ((eight, hot), cold) in class.eights.iter().zip(hot.chunks(8)).zip(cold.chunks(8)) {
+        if eight.clear.0.iter().all(|clear| *clear > way_max) {
+            continue;
+        }
+        let stencils = eight.stencils();
+        for (k, (hot, cold)) in hot.iter().zip(cold).enumerate().filter(|(k, _)| eight.clear.0[*k] <= way_max) {
+            let moved = DVec3::from_array(stencils.mean_at(k, u).map(f64::from));
+            if f64::from(eight.clear.0[k]) > moved.length() {
+                continue;
+            }
+            let press = near.press(hot, cold, moved, None);
+            if press.velocity != [0.0; 3] {
+                stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut class.forces);
+            }
+            if let Some(stiffness) = stiffness.as_deref_mut().filter(|_| press.stiffness != [0.0; 3]) {
+                stencils.add_one(k, press.stiffness.map(|s| s * hot.mass), stiffness);
             }
         }
-        out
-    };
-    product(&transposed(&back), &product(&t, &transposed(&forward)))
-}
-
-fn push(near: &Near<'_>, hot: &[Hot], cold: &[Cold], bent: &Bent, is_first: bool, brought: &mut [Brought; 8]) {
-    for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
-        let press = near.press(hot, cold, bent.way(k), None);
-        let row = &mut brought[k][0].0;
-        row[..3].copy_from_slice(&press.velocity);
-        row[4..7].copy_from_slice(if is_first { &press.stiffness } else { &press.velocity });
     }
 }
 
-/// Ends the step of a class of a block at the displacements `u`. Returns the number of particles clamped.
+/// Ends the step of a class of a block at the displacements `u`, from where nodes would come `relaxed`
+/// further; leaves what contact brings in the class. Returns the number of particles clamped.
 #[inline(always)]
-pub(super) fn end_with<L: Lanes>(
+pub(super) fn end_with<L: Pairs>(
     Evaluation { step, averaging, .. }: &Evaluation,
+    class: &mut Class,
     place: &Place<'_>,
-    (hot, cold, seats): (&mut [Hot], &mut [Cold], &[Seat]),
+    (hot, cold): (&mut [Hot], &mut [Cold]),
     mut near: Option<(&Near<'_>, &mut GridReport)>,
-    u: &Tile,
+    [u, relaxed]: [&Tile4; 2],
     bent: &mut Vec<Bent>,
 ) -> u32 {
+    let shares = *averaging > 0.0 && !class.shared.is_empty();
     bent.clear();
-    for (chunk, seats) in hot.chunks(8).zip(seats.chunks(8)) {
-        let middle = middle(chunk, place);
-        bent.push(bend::<L>(step, &stencil(&middle.cell, &middle.x), chunk, seats, u).0);
+    if shares {
+        for eight in &class.eights {
+            let got = eight.stencils().gather::<L, false>(u);
+            bent.push(bend(step, eight, &gradient_of(&got)).0);
+        }
+        share(&class.shared, &class.eights, bent, 1.0);
     }
-    if *averaging > 0.0 {
-        share(hot, seats, bent);
+    if let Some(contact) = &mut class.contact {
+        **contact = Tile4::ZERO;
     }
     let mut clamped = 0;
-    for (i, ((hot, cold), bent)) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(&*bent).enumerate() {
-        let mut yield_norm = F8::splat(f32::INFINITY);
-        for k in 0..hot.len() {
-            yield_norm.0[k] = seats[8 * i + k].yield_norm;
+    for (i, ((hot, cold), eight)) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(&class.eights).enumerate() {
+        let stencils = eight.stencils();
+        let mut got = stencils.gather::<L, true>(u);
+        for idle in hot.len()..8 {
+            got.iter_mut().flatten().for_each(|of_eight| of_eight.0[idle] = 0.0);
         }
-        let (back, _) = inverse(&beside(&bent.gradient, -0.5));
-        let increment = product(&back, &bent.gradient);
-        let update = law::update(&step.law, &step.flow, &increment, &strains(hot), yield_norm);
+        let gradient = gradient_of(&got);
+        let (back, _) = inverse(&beside(&gradient, -0.5));
+        let update = law::update(&step.law, &step.flow, &product(&back, &gradient), &eight.strain, eight.yield_norm);
         clamped += update.clamped;
-        for (k, (p, c)) in hot.iter_mut().zip(cold).enumerate() {
-            match &mut near {
-                Some((near, report)) => {
-                    let before = *c;
-                    near.press(p, &before, bent.way(k), Some((&mut *c, &mut **report)));
+        if let Some((near, report)) = &mut near {
+            for (k, (hot, cold)) in hot.iter().zip(&mut *cold).enumerate() {
+                let (before, moved) = (*cold, DVec3::from_array([0, 1, 2].map(|d| got[3][d].0[k].into())));
+                let eased = DVec3::from_array(stencils.mean_at(k, relaxed).map(f64::from));
+                let press = near.press(hot, &before, moved, Some((eased, cold, &mut **report)));
+                if let Some(contact) = class.contact.as_deref_mut().filter(|_| press.velocity != [0.0; 3]) {
+                    stencils.add_one(k, press.velocity.map(|v| v * hot.mass), contact);
                 }
-                None => c.anchors = Default::default(),
             }
-            let grown = (2.0 / 3.0 * bent.change.0[k]).exp_m1();
-            for i in 0..6 {
-                let strain = update.elastic_strain[i].0[k];
-                p.strain[i] = strain + (strain + if i < 3 { 1.0 } else { 0.0 }) * grown;
+        } else {
+            cold.iter_mut().for_each(|cold| cold.anchors = Default::default());
+        }
+        let change = if shares { bent[i].change } else { F8::ZERO };
+        store(step, place, (hot, cold), &update, &change, &got);
+    }
+    clamped
+}
+
+/// Stores eight particles one step on.
+#[inline(always)]
+fn store(
+    step: &Step,
+    place: &Place<'_>,
+    (hot, cold): (&mut [Hot], &mut [Cold]),
+    update: &law::Update,
+    change: &F8,
+    got: &[[F8; 3]; 4],
+) {
+    for (k, (p, c)) in hot.iter_mut().zip(cold).enumerate() {
+        let change = change.0[k];
+        let grown = if change == 0.0 { 0.0 } else { (2.0 / 3.0 * change).exp_m1() };
+        for i in 0..6 {
+            let strain = update.elastic_strain[i].0[k];
+            p.strain[i] = strain + (strain + if i < 3 { 1.0 } else { 0.0 }) * grown;
+        }
+        p.hardening += update.plastic.0[k];
+        if let Some(working) = step.working {
+            c.structure = working.after(c.structure, update.plastic.0[k]);
+        }
+        for d in 0..3 {
+            let moved = got[3][d].0[k];
+            (p.velocity[d], c.way[d]) = (moved, moved);
+            p.offset[d] += moved;
+            for column in 0..3 {
+                p.affine[column][d] = 4.0 * got[column][d].0[k];
             }
-            p.hardening += update.plastic.0[k];
-            if let Some(working) = step.working {
-                c.structure = working.after(c.structure, update.plastic.0[k]);
-            }
+        }
+        if let Some((low, high)) = place.room {
+            let cell = unpack_cell(p.cell);
             for d in 0..3 {
-                p.velocity[d] = bent.moved[d].0[k];
-                for column in 0..3 {
-                    p.affine[column][d] = bent.gradient[column][d].0[k];
-                }
-                c.way[d] = bent.moved[d].0[k];
-                p.offset[d] += bent.moved[d].0[k];
-            }
-            if let Some((low, high)) = place.room {
-                let cell = unpack_cell(p.cell);
-                for d in 0..3 {
-                    let cell = (cell[d] - place.origin[d]) as f32;
-                    p.offset[d] = p.offset[d].clamp(low[d] - cell, high[d] - cell);
-                }
+                let cell = (cell[d] - place.origin[d]) as f32;
+                p.offset[d] = p.offset[d].clamp(low[d] - cell, high[d] - cell);
             }
         }
     }
-    clamped
 }

@@ -37,6 +37,8 @@ pub(super) struct Layout {
     pub(super) neighbours: Vec<[u32; 27]>,
     /// In the order of folding: what is folded onto a node comes before that node itself is folded.
     pub(super) links: Vec<Link>,
+    /// Slots with a node that follows one, or that is followed.
+    pub(super) is_linked: Vec<bool>,
 }
 
 impl Layout {
@@ -49,6 +51,15 @@ impl Layout {
             let Place { block, key } = slots[slot];
             *neighbours = NEIGHBOURS.map(|offset| index.seen(block + offset, key).map_or(0, |found| found + 1));
         });
+    }
+
+    /// Notes which slots the links tie.
+    pub(super) fn mark_links(&mut self) {
+        self.is_linked.clear();
+        self.is_linked.resize(self.slots.len(), false);
+        for Link { from, to, .. } in &self.links {
+            (self.is_linked[from.0 as usize], self.is_linked[to.0 as usize]) = (true, true);
+        }
     }
 
     /// Brings what linked nodes got to the nodes that move in their place, and leaves 0 there.

@@ -2,9 +2,11 @@
 //! V-cycle, full steps, guarded by slopes.
 
 use super::super::super::health::Health;
-use super::super::super::implicit::{CURVATURE_MIN, CUT, PAIRS};
+use super::super::super::implicit::{CUT, PAIRS};
 use super::System;
-use super::vectors::{Block3, Vector, axpy, dot, scale};
+use super::search::{Search, Tried};
+use super::vectors::{Block3, Vector, dot, dot_of, for_each, sum_each, sum_over};
+use std::time::Instant;
 
 /// What came of the iterations.
 pub(super) struct Least {
@@ -14,88 +16,161 @@ pub(super) struct Least {
     pub(super) rejected: u32,
 }
 
-/// A pair s, y, and `s . y`.
-struct Pair {
-    step: Vector,
-    change: Vector,
-    product: f64,
-}
-
 impl System<'_> {
     /// Goes down from the guess in `u` with at most `passes` evaluations. A cell that is turned inside out
     /// even where the clay stands still is a step too long.
     pub(super) fn minimise(&mut self, passes: u32) -> Result<Least, Health> {
         let mut least = Least { passes: 1, rejected: 0 };
+        self.search.begin(self.u.len());
+        self.sides.begin(&mut self.u);
         if !self.evaluate(true) {
             self.hold_still();
+            self.sides.begin(&mut self.u);
             if !self.evaluate(true) {
                 return Err(Health::SPEED);
             }
             least.passes = 2;
         }
         self.accept();
-        let mut pairs: Vec<Pair> = vec![];
+        self.sides.settle(&self.u, &self.accepted.residual);
         while least.passes < passes {
-            let mut step = self.direction(&pairs);
-            if dot(&step, &self.accepted.residual) >= 0.0 {
-                pairs.clear();
-                step = self.direction(&pairs);
+            let mut slope = self.find_direction();
+            if slope >= 0.0 {
+                self.search.forget();
+                slope = self.find_direction();
             }
-            if !self.descend(&mut step, passes, &mut least) {
-                break;
-            }
-            let mut change = self.slope.residual.clone();
-            axpy(&mut change, -1.0, &self.accepted.residual);
+            let Some(mut tried) = self.descend(slope, passes, &mut least) else { break };
             self.accept();
-            let product = dot(&step, &change);
-            if product > CURVATURE_MIN * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-                pairs.push(Pair { step, change, product });
-                if pairs.len() > PAIRS {
-                    pairs.remove(0);
-                }
+            if !self.sides.is_empty() {
+                self.sides.settle(&self.u, &self.accepted.residual);
+                self.sides.take_ways(&mut self.search.step);
+                self.sides.take_reactions(&mut self.search.change);
+                tried = self.search.sums();
             }
+            self.search.keep(&tried);
         }
         Ok(least)
     }
 
-    /// Adds `step` to `u`, cut until the potential falls; false, with `u` as it was, when the passes are used
-    /// up.
+    /// Goes the step, which goes down by `slope`, cut until the potential falls, and short of where sides of
+    /// cuts would pass through each other; none, with `u` as it was, when the passes are used up.
     #[expect(clippy::cast_possible_truncation, reason = "vectors are f32")]
-    fn descend(&mut self, step: &mut Vector, passes: u32, least: &mut Least) -> bool {
-        let before = self.u.clone();
+    fn descend(&mut self, mut slope: f64, passes: u32, least: &mut Least) -> Option<Tried> {
+        std::mem::swap(&mut self.search.before, &mut self.u);
         while least.passes < passes {
-            axpy(&mut self.u, 1.0, step);
+            self.go();
+            let is_bounded = self.sides.close(&mut self.u);
+            if is_bounded {
+                self.search.take_way(&self.u);
+            }
             let is_sound = self.evaluate(false);
             least.passes += 1;
-            let (old, new) = (dot(step, &self.accepted.residual), dot(step, &self.slope.residual));
+            let tried = self.judge();
+            let rubbed = self.sides.work(&self.search.step);
+            let old = if is_bounded { dot(&self.search.step, &self.accepted.residual) + rubbed } else { slope };
+            let new = tried.slope + rubbed;
             if is_sound && new <= -old {
-                return true;
+                return Some(tried);
             }
             least.rejected += 1;
+            if is_bounded {
+                self.search.take_step_again();
+            }
             let cut = if is_sound { (old / (old - new)).clamp(CUT[0], CUT[1]) } else { 0.5 * (CUT[0] + CUT[1]) };
-            scale(step, cut as f32);
-            self.u.clone_from(&before);
+            let (cut, accepted) = (cut as f32, &self.accepted.residual);
+            [slope] = sum_each(&mut self.search.step, |slot, step| {
+                step.flat_mut().iter_mut().for_each(|s| *s *= cut);
+                [dot_of(step, &accepted[slot])]
+            });
+            slope += self.sides.work(&self.search.step);
         }
-        false
+        std::mem::swap(&mut self.search.before, &mut self.u);
+        None
     }
 
-    /// Minus the approximate inverse of the curvature, times the residual.
+    /// The change of the residual along the step, and its sums.
+    fn judge(&mut self) -> Tried {
+        let (step, new, old) = (&self.search.step, &self.slope.residual, &self.accepted.residual);
+        let [slope, product, s2, y2] = sum_each(&mut self.search.change, |slot, change| {
+            let (step, new) = (&step[slot], &new[slot]);
+            for ((change, new), old) in change.flat_mut().iter_mut().zip(new.flat()).zip(old[slot].flat()) {
+                *change = new - old;
+            }
+            [dot_of(step, new), dot_of(step, change), dot_of(step, step), dot_of(change, change)]
+        });
+        Tried { slope, product, squares: [s2, y2] }
+    }
+
+    /// The step: minus the approximate inverse of the curvature, times the residual. Returns its product with
+    /// the residual. All sums that the pairs need are taken before the cycle and after it, in one go each.
     #[expect(clippy::cast_possible_truncation, reason = "vectors are f32")]
-    fn direction(&mut self, pairs: &[Pair]) -> Vector {
-        let mut q = self.accepted.residual.clone();
-        let mut shares = vec![];
-        for pair in pairs.iter().rev() {
-            let share = dot(&pair.step, &q) / pair.product;
-            axpy(&mut q, -share as f32, &pair.change);
-            shares.push(share);
+    fn find_direction(&mut self) -> f64 {
+        let began = Instant::now();
+        let searched = self.searched();
+        let residual = searched.as_ref().unwrap_or(&self.accepted.residual);
+        let (along, between) = self.search.products(residual);
+        let Search { step, q, z, pairs, .. } = &mut *self.search;
+        let mut shares = [0.0; PAIRS];
+        for (i, pair) in pairs.iter().enumerate().rev() {
+            let later: f64 = (i + 1..pairs.len()).map(|j| shares[j] * between[i][j]).sum();
+            shares[i] = (along[i] - later) / pair.product;
         }
-        let mut z = vec![Block3::ZERO; q.len()];
-        self.multigrid.cycle(&q, &mut z);
-        for (pair, share) in pairs.iter().zip(shares.iter().rev()) {
-            let other = dot(&pair.change, &z) / pair.product;
-            axpy(&mut z, (share - other) as f32, &pair.step);
+        for_each(q, |slot, q| {
+            *q = residual[slot];
+            for (pair, share) in pairs.iter().zip(&shares) {
+                q.add(-*share as f32, &pair.change[slot]);
+            }
+        });
+        self.sides.take_reactions(q);
+        self.multigrid.cycle(q, z);
+        self.sides.take_ways(z);
+        let others: [f64; PAIRS] = sum_over(z.len(), |slot| {
+            let mut sums = [0.0; PAIRS];
+            pairs.iter().zip(&mut sums).for_each(|(pair, sum)| *sum = dot_of(&pair.change[slot], &z[slot]));
+            sums
+        });
+        let mut factors = [0.0; PAIRS];
+        for (i, pair) in pairs.iter().enumerate() {
+            let before: f64 = (0..i).map(|j| factors[j] * between[j][i]).sum();
+            factors[i] = shares[i] - (others[i] + before) / pair.product;
         }
-        scale(&mut z, -1.0);
-        z
+        let accepted = &self.accepted.residual;
+        let [mut slope] = sum_each(step, |slot, step| {
+            for (step, z) in step.flat_mut().iter_mut().zip(z[slot].flat()) {
+                *step = -z;
+            }
+            for (pair, factor) in pairs.iter().zip(&factors) {
+                step.add(-*factor as f32, &pair.step[slot]);
+            }
+            [dot_of(step, &accepted[slot])]
+        });
+        if !self.sides.is_empty() {
+            self.sides.take_ways(step);
+            slope = dot(step, accepted) + self.sides.work(step);
+        }
+        self.seconds += began.elapsed().as_secs_f64();
+        slope
+    }
+
+    /// The residual with the friction of cuts, along what is searched; none where that is the residual.
+    fn searched(&self) -> Option<Vector> {
+        if self.sides.is_empty() {
+            return None;
+        }
+        let mut searched = self.accepted.residual.clone();
+        self.sides.rub(&mut searched);
+        self.sides.take_reactions(&mut searched);
+        Some(searched)
+    }
+
+    /// Adds the step to where it starts.
+    fn go(&mut self) {
+        let (before, step) = (&self.search.before, &self.search.step);
+        self.u.resize(before.len(), Block3::ZERO);
+        for_each(&mut self.u, |slot, u| {
+            for ((u, before), step) in u.flat_mut().iter_mut().zip(before[slot].flat()).zip(step[slot].flat()) {
+                *u = before + step;
+            }
+        });
     }
 }

@@ -4,38 +4,49 @@
 //! | file        | does                                                                   |
 //! |-------------|------------------------------------------------------------------------|
 //! | `begin`     | the nodes that a step starts from, and which move together             |
+//! | `eights`    | particles as the evaluations see them, and what they start from        |
+//! | `tile`      | nodes about a block, gathered from and scattered to                    |
 //! | `kernel`    | particles of one class of a block, eight at a time                     |
 //! | `slope`     | the same over all blocks                                               |
-//! | `contact`   | solid tools and separating walls on particles                          |
+//! | `contact`   | tools and separating walls on particles                                |
 //! | `layout`    | slots of nodes, and ties between nodes                                 |
 //! | `vectors`   | vectors on the nodes                                                   |
 //! | `multigrid` | the preconditioner                                                     |
+//! | `pairs`     | the sides of kept cuts, which do not go through each other             |
+//! | `search`    | what L-BFGS keeps                                                      |
 //! | `minimise`  | L-BFGS about it                                                        |
 //!
 //! In cells, steps and eighths of a full cell's mass, so that forces are impulses of the step.
 
 mod begin;
 mod contact;
+mod eights;
 mod kernel;
 mod layout;
 mod minimise;
 mod multigrid;
+mod pairs;
+mod search;
 mod slope;
+mod tile;
 mod vectors;
 
 use super::super::health::Health;
-use super::super::implicit::CONTACT_SHARE;
+use super::super::implicit::{ACTIVE_MASS, CONTACT_SHARE, RELAXED_STIFFNESS};
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::particle_step::ParticleStep;
 use super::state::State;
 use super::walls::Arrivals;
+use eights::Class;
 use glam::DVec3;
-use kernel::Seat;
 use multigrid::{Finest, Multigrid};
-use rayon::prelude::*;
+use pairs::Pairs;
+use search::Search;
 use slope::Pass;
-use vectors::{Block3, Vector, dot, for_each};
+use std::time::Instant;
+use tile::Rows;
+use vectors::{Block3, Vector, dot, for_each, for_each_pair};
 
 /// Greatest way of a node in a step \[cells\]: particles' stencils stand half of it away from their cells.
 const WAY_MAX: f32 = 1.5;
@@ -44,7 +55,11 @@ const WAY_MAX: f32 = 1.5;
 #[derive(Default)]
 pub(super) struct Implicit {
     multigrid: Multigrid,
-    seats: Vec<Seat>,
+    classes: Vec<Class>,
+    /// The displacements node by node.
+    rows: Vec<Rows>,
+    slopes: [Slope; 2],
+    search: Search,
 }
 
 /// What came of a step.
@@ -64,6 +79,8 @@ pub(super) struct StepReport {
     pub(super) clamped: u64,
     /// Mass of the nodes.
     pub(super) mass: f64,
+    /// What the preconditioner and L-BFGS took \[s\].
+    pub(super) seconds: f64,
 }
 
 /// Forces at the nodes at a place.
@@ -73,24 +90,28 @@ struct Slope {
     residual: Vector,
     /// Of stress and contact at each node of each slot.
     forces: Vector,
-    /// Of contact alone, of the first evaluation its stiffness.
-    pressed: Vector,
 }
 
 /// The potential of a step and where the iterations are.
 struct System<'a> {
     state: &'a mut State,
-    tiles: &'a mut Tiles,
-    seats: &'a mut Vec<Seat>,
+    classes: &'a mut Vec<Class>,
+    rows: &'a mut Vec<Rows>,
     multigrid: &'a mut Multigrid,
     pass: Pass<'a, 'a>,
     gravity: DVec3,
     nodes: begin::Nodes,
+    sides: Pairs,
     u: Vector,
     /// Of the last evaluation.
-    slope: Slope,
+    slope: &'a mut Slope,
     /// Of the last step that was taken.
-    accepted: Slope,
+    accepted: &'a mut Slope,
+    search: &'a mut Search,
+    /// What the preconditioner and L-BFGS took \[s\].
+    seconds: f64,
+    /// What contact adds to the diagonal, at the first guess.
+    springs: Vector,
 }
 
 /// One step of the particles, which are sorted and have taken their sides.
@@ -103,18 +124,34 @@ pub(super) fn step(
     passes: u32,
 ) -> Result<StepReport, Health> {
     arrivals.clear();
-    slope::found(particles, state, tiles, arrivals);
-    let begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals));
-    slope::seats(particles, state, &mut kept.seats);
+    let Implicit { multigrid, classes, rows, slopes, search } = kept;
+    let near = slope::found(particles, state, tiles, classes, arrivals);
+    let modulus = 2.0 * f64::from(particles.step.law.lambda + particles.step.law.mu2);
+    let begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals), modulus);
+    let sources = slope::find_sources(&begun.layout, &begun.tagged_slots, classes);
     let u = begun.nodes.guess(nodes.gravity);
-    let pass = Pass { s: particles, averaging, layout: &begun.layout, tagged_slots: &begun.tagged_slots };
-    let (seats, multigrid) = (&mut kept.seats, &mut kept.multigrid);
-    let (slope, accepted) = (Slope::default(), Slope::default());
-    let gravity = nodes.gravity;
-    let mut system = System { state, tiles, seats, multigrid, pass, gravity, nodes: begun.nodes, u, slope, accepted };
+    let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
+    let [slope, accepted] = slopes;
+    let (gravity, nodes, sides) = (nodes.gravity, begun.nodes, begun.sides);
+    let mut system = System {
+        state,
+        classes,
+        rows,
+        multigrid,
+        pass,
+        gravity,
+        nodes,
+        sides,
+        u,
+        slope,
+        accepted,
+        search,
+        seconds: 0.0,
+        springs: vec![],
+    };
     let least = system.minimise(passes)?;
     let mut report = system.end()?;
-    (report.passes, report.rejected) = (least.passes, least.rejected);
+    (report.passes, report.rejected, report.seconds) = (least.passes, least.rejected, system.seconds);
     Ok(report)
 }
 
@@ -122,43 +159,57 @@ impl System<'_> {
     /// The slope at u; in the first evaluation also the preconditioner, by the contacts there. False if a
     /// cell is turned inside out.
     fn evaluate(&mut self, is_first: bool) -> bool {
-        let layout = self.pass.layout;
-        layout.expand(&mut self.u);
-        let is_sound = self.pass.slope(self.state, self.seats, &self.u, is_first, self.tiles);
-        let tiles = &*self.tiles;
-        let sums = (0..layout.slots.len()).into_par_iter().with_min_len(8).map(|slot| {
-            let nodes = slope::nodes_of(layout, tiles, slot);
-            let (mut forces, mut pressed) = (Block3::ZERO, Block3::ZERO);
-            for (k, node) in nodes.iter().enumerate() {
-                for d in 0..3 {
-                    forces.0[d][k] = node.0[d];
-                    pressed.0[d][k] = node.0[4 + d];
-                }
+        self.set_rows();
+        let (pass, layout) = (&self.pass, self.pass.layout);
+        let is_sound = pass.slope(self.state, self.classes, self.rows, is_first);
+        let Slope { residual, forces } = &mut *self.slope;
+        residual.resize(layout.slots.len(), Block3::ZERO);
+        forces.resize(layout.slots.len(), Block3::ZERO);
+        let (nodes, u, classes) = (&self.nodes, &self.u, &*self.classes);
+        for_each_pair(forces, residual, |slot, forces, residual| {
+            if pass.sources[slot] == [0; 27] {
+                (*forces, *residual) = (Block3::ZERO, Block3::ZERO);
+                return;
             }
-            (forces, pressed)
-        });
-        (self.slope.forces, self.slope.pressed) = sums.unzip();
-        self.slope.residual.clone_from(&self.slope.forces);
-        layout.fold(&mut self.slope.residual);
-        let (nodes, u) = (&self.nodes, &self.u);
-        for_each(&mut self.slope.residual, |i, r| {
-            for d in 0..3 {
-                for k in 0..64 {
-                    let inertia = nodes.mass[i][k] * (u[i].0[d][k] - nodes.velocity[i].0[d][k]);
-                    r.0[d][k] = nodes.free[i].0[d][k] * (inertia - r.0[d][k]);
-                }
+            pass.sum(slot, classes, |class| Some(&class.forces), forces);
+            *residual = *forces;
+            if !layout.is_linked[slot] {
+                nodes.subtract_from_inertia(slot, &u[slot], residual);
             }
         });
+        layout.fold(residual);
+        for (slot, residual) in residual.iter_mut().enumerate().filter(|(slot, _)| layout.is_linked[*slot]) {
+            nodes.subtract_from_inertia(slot, &u[slot], residual);
+        }
         if is_first {
             self.precondition();
         }
         is_sound
     }
 
+    /// The displacements node by node, where others follow them too.
+    fn set_rows(&mut self) {
+        self.pass.layout.expand(&mut self.u);
+        self.rows.resize(self.u.len(), Rows::ZERO);
+        let u = &self.u;
+        for_each(self.rows, |slot, rows| rows.set(&u[slot]));
+    }
+
+    /// What contact brought last: in the first evaluation its stiffness, at the end its forces.
+    fn contact(&self) -> Vector {
+        let mut contact = vec![Block3::ZERO; self.pass.layout.slots.len()];
+        for_each(&mut contact, |slot, contact| {
+            self.pass.sum(slot, self.classes, |class| class.contact.as_deref(), contact);
+        });
+        contact
+    }
+
     fn precondition(&mut self) {
+        let began = Instant::now();
         let layout = self.pass.layout;
-        let mut extra = self.slope.pressed.clone();
+        let mut extra = self.contact();
         layout.fold_diagonal(&mut extra);
+        self.springs.clone_from(&extra);
         for (extra, mass) in extra.iter_mut().zip(&self.nodes.mass) {
             for component in &mut extra.0 {
                 for k in 0..64 {
@@ -172,10 +223,11 @@ impl System<'_> {
             fill: &self.nodes.fill,
             diagonal: &self.nodes.diagonal,
             extra: &extra,
-            free: &self.nodes.free,
+            live: &self.nodes.live,
             mu: law.mu2,
             lambda: 2.0 * law.lambda,
         });
+        self.seconds += began.elapsed().as_secs_f64();
     }
 
     /// Starts from clay that stands still where it is free to.
@@ -190,33 +242,55 @@ impl System<'_> {
     }
 
     fn accept(&mut self) {
-        std::mem::swap(&mut self.slope, &mut self.accepted);
+        std::mem::swap(self.slope, self.accepted);
     }
 
     /// The particles one step on, and what came of it.
     fn end(&mut self) -> Result<StepReport, Health> {
+        self.sides.rub(&mut self.accepted.residual);
+        self.sides.take_reactions(&mut self.accepted.residual);
         let residual = dot(&self.accepted.residual, &self.accepted.residual);
         if !residual.is_finite() {
             return Err(Health::NON_FINITE);
         }
-        let layout = self.pass.layout;
-        layout.expand(&mut self.u);
-        let mut report = StepReport { residual: residual.sqrt() / self.scale().max(f64::MIN_POSITIVE), ..StepReport::default() };
+        self.set_rows();
+        let mut report = StepReport::default();
         self.book(&mut report);
         if report.grid.speed_max > WAY_MAX {
             return Err(Health::SPEED);
         }
-        let (clamped, felt) = self.pass.end(self.state, self.seats, &self.u);
+        let further = self.relaxed();
+        let (clamped, felt) = self.pass.end(self.state, self.classes, [self.rows, &further]);
+        report.residual = residual.sqrt() / self.scale().max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];
         report.grid.add(&felt);
+        report.unbalanced += felt.unfelt;
         report.clamped = clamped;
         Ok(report)
     }
 
-    /// The forces that R is judged by: inertia and contact together, or weight.
+    /// How much further nodes would come if each went by itself where it is in balance: of what the
+    /// iterations left, tools and walls feel what that changes their springs by.
+    fn relaxed(&self) -> Vec<Rows> {
+        let (nodes, residual, springs) = (&self.nodes, &self.accepted.residual, &self.springs);
+        let mut further = vec![Block3::ZERO; residual.len()];
+        for_each(&mut further, |slot, further| {
+            let (residual, springs, splines) = (residual[slot].flat(), springs[slot].flat(), nodes.diagonal[slot].flat());
+            for (i, further) in further.flat_mut().iter_mut().enumerate().filter(|(i, _)| springs[*i] > 0.0) {
+                let own = RELAXED_STIFFNESS as f32 * (splines[i] + nodes.mass[slot][i % 64]);
+                *further = -residual[i] / (springs[i] + own);
+            }
+        });
+        self.pass.layout.expand(&mut further);
+        let mut rows = vec![Rows::ZERO; further.len()];
+        for_each(&mut rows, |slot, rows| rows.set(&further[slot]));
+        rows
+    }
+
+    /// The forces that R is judged by: inertia and contact together, or weight. At the step's end.
     fn scale(&self) -> f64 {
         let nodes = &self.nodes;
-        let mut outer = self.accepted.pressed.clone();
+        let mut outer = self.contact();
         self.pass.layout.fold(&mut outer);
         let (mut all, mut weights) = (0.0, 0.0);
         for (i, outer) in outer.iter().enumerate() {
@@ -250,9 +324,12 @@ impl System<'_> {
                 } else {
                     report.unbalanced += left;
                 }
-                #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
-                let speed = way.length() as f32;
-                report.grid.speed_max = report.grid.speed_max.max(speed);
+                // What is light goes with its own momentum, and drags no particle along.
+                if f64::from(nodes.mass[i][k]) > 8.0 * ACTIVE_MASS {
+                    #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
+                    let speed = way.length() as f32;
+                    report.grid.speed_max = report.grid.speed_max.max(speed);
+                }
             }
         }
     }

@@ -2,8 +2,8 @@
 //! oracle's `implicit::multigrid` has it, without a matrix but on the coarsest level.
 //!
 //! Coarse levels are slots of 4^3 nodes as the finest is. A class has a slot on the next level wherever one
-//! of its slots is interpolated from; where it had none on the level before its nodes are tied to the
-//! untagged ones. Outer nodes of walls are no unknowns, and held at 0 here.
+//! of its slots is interpolated from; where none of its clay moves there its nodes are tied to the untagged
+//! ones. Outer nodes of walls are no unknowns, and held at 0 here.
 
 mod direct;
 mod elements;
@@ -42,6 +42,7 @@ impl Multigrid {
             let (fine, coarse) = self.levels.split_at_mut(self.count);
             let (fine, coarse) = (&mut fine[self.count - 1], &mut coarse[0]);
             coarse.set_slots(fine, &mut self.index);
+            coarse.set_live(fine, &self.index);
             let extra = if self.count == 1 { finest.extra } else { &fine.added };
             restrict(&mut fine.partials, &fine.is_used, extra, &fine.inverse);
             coarse.set_coarse(fine, (finest.mu, finest.lambda), 1 << self.count, weight);
@@ -91,6 +92,10 @@ impl Multigrid {
         }
         let finest = &self.levels[0];
         for_each(z, |slot, z| {
+            if !finest.is_used[slot] {
+                *z = Block3::ZERO;
+                return;
+            }
             let (from, inverse) = (finest.z[slot].flat(), finest.inverse[slot].flat());
             for (i, z) in z.flat_mut().iter_mut().enumerate() {
                 *z = if inverse[i] > 0.0 { CYCLE_SCALE as f32 * from[i] } else { 0.0 };

@@ -5,53 +5,108 @@ use super::super::contact::Moment;
 use super::super::grid::{Tiles, sum};
 use super::super::grid_step::GridReport;
 use super::super::kernel::{Place as Spot, Tile};
-use super::super::nodes::{Nodes, for_arena_nodes};
+use super::super::nodes::Nodes;
 use super::super::particle_step::ParticleStep;
 use super::super::passes::{make_room, work};
 use super::super::simd::{F8, Node};
-use super::super::state::{Cold, Hot, NEIGHBOURS, Run, State, split, unpack_cell};
+use super::super::state::{Cold, Hot, State, split, unpack_cell};
+use super::super::step::Step;
 use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
-use super::kernel::{self, Bent, Evaluation, Seat};
+use super::eights::{self, Class, Eight};
+use super::kernel::{self, Bent, Evaluation};
 use super::layout::Layout;
-use super::vectors::Block3;
+use super::tile::{Rows, Tile4};
+use super::vectors::{Block3, for_each};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-/// The 7^3 nodes about a slot.
-fn arena(layout: &Layout, slot: usize, u: &[Block3]) -> Tile {
-    let mut out = Tile::ZERO;
-    for (offset, neighbour) in NEIGHBOURS.iter().zip(&layout.neighbours[slot]) {
-        let Some(neighbour) = neighbour.checked_sub(1) else { continue };
-        let u = &u[neighbour as usize];
-        for_arena_nodes(*offset, |from, to| {
-            for d in 0..3 {
-                out.0[to].0[d] = u.0[d][from];
-            }
-        });
-    }
-    out
-}
-
-/// What particles bring to the nodes when the step begins, in `tiles`: see [`kernel::found`]. Notes and marks
-/// where clay has arrived at walls.
-pub(super) fn found(s: &ParticleStep<'_>, state: &mut State, tiles: &mut Tiles, arrivals: &Arrivals) {
+/// What particles bring to the nodes when the step begins, in `tiles`: see [`eights::found_with`]. Makes the
+/// classes; notes and marks where clay has arrived at walls. Returns what is near each block.
+pub(super) fn found<'a>(
+    s: &ParticleStep<'a>,
+    state: &mut State,
+    tiles: &mut Tiles,
+    classes: &mut Vec<Class>,
+    arrivals: &Arrivals,
+) -> Vec<Option<Near<'a>>> {
     make_room(state, tiles);
+    let counts = list(state, classes);
     let lengths: Vec<usize> = state.runs.iter().map(|run| run.tagged.len()).collect();
     let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
         .into_iter()
         .zip(&mut tiles.untagged)
         .zip(split(&mut tiles.tagged, &lengths))
+        .zip(split(classes, &counts))
         .collect();
-    tasks.into_par_iter().with_min_len(4).for_each(|((w, untagged), tagged)| {
+    let near = tasks.into_par_iter().with_min_len(4).map(|(((w, untagged), tagged), classes)| {
+        let near = Near::of(w.block, s.tools, s.domain, s.springs);
         let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
+        let mut classes = classes.iter_mut();
         s.at(w.block, Moment::End, |spot| {
             arrive(w.block, s.domain, spot, w.hot, w.cold, arrivals);
-            for ((_, hot, _), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
-                kernel::found(&s.step, spot, hot, tile);
+            for ((_, hot, cold), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
+                let Some(class) = (if hot.is_empty() { None } else { classes.next() }) else {
+                    *tile = Tile::ZERO;
+                    continue;
+                };
+                bring_all(&s.step, spot, hot, &mut class.eights, tile);
+                find_yield_norms(s, spot, (hot, cold), &mut class.eights);
+                find_clearances(near.as_ref(), hot, class);
             }
         });
+        near
     });
+    near.collect()
+}
+
+/// Lists the classes with particles. Returns how many each block has.
+fn list(state: &State, classes: &mut Vec<Class>) -> Vec<usize> {
+    let (mut count, mut first) = (0, 0);
+    let mut counts = Vec::with_capacity(state.runs.len());
+    for (index, run) in state.runs.iter().enumerate() {
+        let before = count;
+        let particles = std::iter::once(run.untagged).chain(run.tagged.iter().map(|class| class.1));
+        for (class, particles) in particles.enumerate().filter(|(_, particles)| *particles > 0) {
+            if classes.len() == count {
+                classes.push(Class::default());
+            }
+            let to = &mut classes[count];
+            (to.block, to.index, to.particles) = (state.blocks[index], (index, class), (first, particles));
+            to.shared.clear();
+            count += 1;
+            first += particles;
+        }
+        counts.push(count - before);
+    }
+    classes.truncate(count);
+    counts
+}
+
+/// Yield norms for the step, by the particles' places in its middle and the tools at its end.
+fn find_yield_norms(s: &ParticleStep<'_>, spot: &Spot<'_>, (hot, cold): (&[Hot], &[Cold]), eights: &mut [Eight]) {
+    if s.step.yield_norm.is_infinite() || (!s.step.has_history() && spot.softening.is_none()) {
+        return;
+    }
+    for ((hot, cold), eight) in hot.chunks(8).zip(cold.chunks(8)).zip(eights) {
+        let middles = eights::middles(hot, spot);
+        for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
+            let softened = spot.softening.map_or(s.step.yield_norm, |softening| softening(middles[k]));
+            eight.yield_norm.0[k] = s.step.yield_norm_of(softened, hot.hardening, cold.structure);
+        }
+    }
+}
+
+/// How far the particles of a class are from what may press on them.
+fn find_clearances(near: Option<&Near<'_>>, hot: &[Hot], class: &mut Class) {
+    let Some(near) = near else {
+        class.contact = None;
+        return;
+    };
+    class.contact.get_or_insert_with(|| Box::new(Tile4::ZERO));
+    for (hot, eight) in hot.chunks(8).zip(&mut class.eights) {
+        hot.iter().enumerate().for_each(|(k, hot)| eight.clear.0[k] = near.clearance(hot));
+    }
 }
 
 /// Notes at which walls that hold clay particles arrive by the step's middle, and marks the nodes there.
@@ -61,7 +116,7 @@ fn arrive(block: IVec3, domain: &Domain, spot: &Spot<'_>, hot: &[Hot], cold: &mu
         return;
     }
     for (hot, cold) in hot.chunks(8).zip(cold.chunks_mut(8)) {
-        let middles = kernel::middles(hot, spot);
+        let middles = eights::middles(hot, spot);
         for ((hot, cold), at) in hot.iter().zip(cold).zip(middles) {
             let at = DVec3::from_array(at);
             for wall in &walls {
@@ -91,116 +146,95 @@ fn settle(block: IVec3, domain: &Domain, hot: &[Hot], cold: &mut [Cold]) {
     }
 }
 
-/// Yield norms for the step, by the particles' places in its middle and the tools at its end.
-pub(super) fn seats(s: &ParticleStep<'_>, state: &mut State, seats: &mut Vec<Seat>) {
-    seats.clear();
-    seats.resize(state.hot.len(), Seat { yield_norm: s.step.yield_norm, share: 0.0 });
-    if s.step.yield_norm.is_infinite() || (!s.step.has_history() && !state.blocks.iter().any(|block| s.softens(*block))) {
-        return;
-    }
-    let lengths: Vec<usize> = state.runs.iter().map(Run::len).collect();
-    let tasks: Vec<_> =
-        work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs).into_iter().zip(split(seats, &lengths)).collect();
-    tasks.into_par_iter().with_min_len(4).for_each(|(w, seats)| {
-        s.at(w.block, Moment::End, |spot| {
-            for ((hot, cold), seats) in w.hot.chunks(8).zip(w.cold.chunks(8)).zip(seats.chunks_mut(8)) {
-                let middles = kernel::middles(hot, spot);
-                for (k, seat) in seats.iter_mut().enumerate() {
-                    let softened = spot.softening.map_or(s.step.yield_norm, |softening| softening(middles[k]));
-                    seat.yield_norm = s.step.yield_norm_of(softened, hot[k].hardening, cold[k].structure);
-                }
-            }
-        });
-    });
-}
-
-/// The buffers of a pass.
+/// The passes of a step.
 pub(super) struct Pass<'a, 'b> {
     pub(super) s: &'a ParticleStep<'b>,
     /// Plastic strain within which volumes are shared [-]; 0 for none.
     pub(super) averaging: f32,
     pub(super) layout: &'a Layout,
-    /// The slot of each tagged class of each block with particles, block by block.
-    pub(super) tagged_slots: &'a [Vec<u32>],
+    /// What is near each block with particles.
+    pub(super) near: Vec<Option<Near<'b>>>,
+    /// Class + 1 of each slot's clay in the blocks about it; 0 if there is none.
+    pub(super) sources: Vec<[u32; 27]>,
+}
+
+/// Finds the slots of the classes, and the classes about each slot.
+pub(super) fn find_sources(layout: &Layout, tagged_slots: &[Vec<u32>], classes: &mut [Class]) -> Vec<[u32; 27]> {
+    let mut of_slots = vec![0; layout.slots.len()];
+    for (class, number) in classes.iter_mut().zip(1..) {
+        let (block, index) = class.index;
+        class.slot = index.checked_sub(1).map_or(block, |tagged| tagged_slots[block][tagged] as usize);
+        of_slots[class.slot] = number;
+    }
+    let mut sources = vec![[0; 27]; layout.slots.len()];
+    for_each(&mut sources, |slot, sources| {
+        for (source, seen) in sources.iter_mut().zip(&layout.neighbours[slot]) {
+            let Some(seen) = seen.checked_sub(1).map(|seen| seen as usize) else { continue };
+            *source = if layout.slots[seen].key == layout.slots[slot].key { of_slots[seen] } else { 0 };
+        }
+    });
+    sources
 }
 
 impl Pass<'_, '_> {
-    /// Scatters the slope's particle part at `u` to `tiles`. Whether no cell was turned inside out comes
+    /// Finds the slope's particle part at `u`, class by class. Whether no cell was turned inside out comes
     /// back.
-    pub(super) fn slope(&self, state: &mut State, seats: &mut [Seat], u: &[Block3], is_first: bool, tiles: &mut Tiles) -> bool {
-        let s = self.s;
-        let evaluation = Evaluation { step: s.step, averaging: self.averaging, is_first };
-        let classes: Vec<usize> = state.runs.iter().map(|run| run.tagged.len()).collect();
-        let lengths: Vec<usize> = state.runs.iter().map(Run::len).collect();
-        let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
-            .into_iter()
-            .zip(split(seats, &lengths))
-            .zip(&mut tiles.untagged)
-            .zip(split(&mut tiles.tagged, &classes))
-            .enumerate()
-            .collect();
-        let sound: Vec<bool> = tasks
-            .into_par_iter()
-            .with_min_len(4)
-            .map_init(Vec::new, |bent: &mut Vec<Bent>, (index, (((w, mut seats), untagged), tagged))| {
-                let near = Near::of(w.block, s.tools, s.domain, s.springs);
-                let slots = std::iter::once(index).chain(self.tagged_slots[index].iter().map(|slot| *slot as usize));
-                let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
-                s.at(w.block, Moment::End, |spot| {
-                    let mut is_sound = true;
-                    for (((_, hot, cold), tile), slot) in w.run.classes(w.hot, w.cold).zip(tiles).zip(slots) {
-                        let (own, rest) = std::mem::take(&mut seats).split_at_mut(hot.len());
-                        seats = rest;
-                        if hot.is_empty() {
-                            *tile = Tile::ZERO;
-                            continue;
-                        }
-                        let u = arena(self.layout, slot, u);
-                        let clay = (&*hot, &*cold, own);
-                        is_sound &= slope(&evaluation, spot, clay, near.as_ref(), &u, bent, tile);
-                    }
-                    is_sound
-                })
-            })
-            .collect();
-        sound.iter().all(|sound| *sound)
+    pub(super) fn slope(&self, state: &State, classes: &mut [Class], u: &[Rows], is_first: bool) -> bool {
+        let evaluation = Evaluation { step: self.s.step, averaging: self.averaging, is_first };
+        let sound = classes.par_iter_mut().with_min_len(2).map_init(Vec::new, |bent: &mut Vec<Bent>, class| {
+            let (first, count) = class.particles;
+            let clay = (&state.hot[first..first + count], &state.cold[first..first + count]);
+            let mut about = Tile4::ZERO;
+            about.fill(&self.layout.neighbours[class.slot], u);
+            slope(&evaluation, class, clay, self.near[class.index.0].as_ref(), &about, bent)
+        });
+        sound.reduce(|| true, |a, b| a & b)
     }
 
-    /// Ends the step at `u`. Returns particles clamped and what tools and separating walls felt.
-    pub(super) fn end(&self, state: &mut State, seats: &mut [Seat], u: &[Block3]) -> (u64, GridReport) {
+    /// Adds up what the classes about a slot bring.
+    pub(super) fn sum<'c>(
+        &self,
+        slot: usize,
+        classes: &'c [Class],
+        tile: impl Fn(&'c Class) -> Option<&'c Tile4>,
+        sum: &mut Block3,
+    ) {
+        let mut rows = Rows::ZERO;
+        for (about, source) in self.sources[slot].iter().enumerate() {
+            let class = source.checked_sub(1).map(|class| &classes[class as usize]);
+            if let Some(tile) = class.and_then(&tile) {
+                rows.add(about, tile);
+            }
+        }
+        rows.copy_to(sum);
+    }
+
+    /// Ends the step at `u`, from where nodes would come `relaxed` further. Returns particles clamped and
+    /// what tools and separating walls felt.
+    pub(super) fn end(&self, state: &mut State, classes: &mut [Class], [u, relaxed]: [&[Rows]; 2]) -> (u64, GridReport) {
         let s = self.s;
         let evaluation = Evaluation { step: s.step, averaging: self.averaging, is_first: false };
-        let lengths: Vec<usize> = state.runs.iter().map(Run::len).collect();
-        let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
-            .into_iter()
-            .zip(split(seats, &lengths))
-            .enumerate()
-            .collect();
-        let done: Vec<(u32, GridReport)> = tasks
-            .into_par_iter()
-            .with_min_len(4)
-            .map_init(Vec::new, |bent: &mut Vec<Bent>, (index, (w, mut seats))| {
-                let near = Near::of(w.block, s.tools, s.domain, s.springs);
-                let mut report = GridReport::of_tools(s.tools.len());
-                let slots = std::iter::once(index).chain(self.tagged_slots[index].iter().map(|slot| *slot as usize));
-                let clamped = s.at(w.block, Moment::End, |spot| {
-                    let mut clamped = 0;
-                    for ((_, hot, cold), slot) in w.run.classes(&mut *w.hot, &mut *w.cold).zip(slots) {
-                        let (own, rest) = std::mem::take(&mut seats).split_at_mut(hot.len());
-                        seats = rest;
-                        let u = arena(self.layout, slot, u);
-                        let felt = near.as_ref().map(|near| (near, &mut report));
-                        clamped += end(&evaluation, spot, (hot, cold, own), felt, &u, bent);
-                    }
-                    clamped
-                });
-                settle(w.block, s.domain, w.hot, w.cold);
-                (clamped, report)
-            })
-            .collect();
+        let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
+        let clay = split(&mut state.hot, &lengths).into_iter().zip(split(&mut state.cold, &lengths));
+        let tasks: Vec<_> = classes.iter_mut().zip(clay).collect();
+        let ended = tasks.into_par_iter().with_min_len(2).map_init(Vec::new, |bent: &mut Vec<Bent>, (class, (hot, cold))| {
+            let near = self.near[class.index.0].as_ref();
+            let mut report = near.map(|_| GridReport::of_tools(s.tools.len()));
+            let (mut about, mut further) = (Tile4::ZERO, Tile4::ZERO);
+            about.fill(&self.layout.neighbours[class.slot], u);
+            if near.is_some() {
+                further.fill(&self.layout.neighbours[class.slot], relaxed);
+            }
+            let clamped = s.at(class.block, Moment::End, |spot| {
+                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), [&about, &further], bent)
+            });
+            settle(class.block, s.domain, hot, cold);
+            (clamped, report)
+        });
+        let ended: Vec<(u32, Option<GridReport>)> = ended.collect();
         let mut felt = GridReport::of_tools(s.tools.len());
-        done.iter().for_each(|(_, report)| felt.add(report));
-        (done.iter().map(|(clamped, _)| u64::from(*clamped)).sum(), felt)
+        ended.iter().filter_map(|(_, report)| report.as_ref()).for_each(|report| felt.add(report));
+        (ended.iter().map(|(clamped, _)| u64::from(*clamped)).sum(), felt)
     }
 }
 
@@ -220,23 +254,24 @@ pub(super) fn nodes_of(layout: &Layout, tiles: &Tiles, slot: usize) -> Nodes {
 
 /// Instantiates a kernel for AVX2 + FMA beside the plain one, and the function that chooses between them.
 macro_rules! dispatch {
-    ($name:ident = $kernel:ident / $fast:ident, ($($arg:ident: $type:ty),*) -> $ret:ty) => {
+    ($name:ident = $module:ident::$kernel:ident / $fast:ident, ($of:ident: $given:ty => $fma:expr, $($arg:ident: $type:ty),*) -> $ret:ty) => {
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,fma")]
-        fn $fast(evaluation: &Evaluation, $($arg: $type),*) -> $ret {
-            kernel::$kernel::<super::super::simd::Wide>(evaluation, $($arg),*)
+        fn $fast($of: $given, $($arg: $type),*) -> $ret {
+            $module::$kernel::<super::super::simd::Wide>($of, $($arg),*)
         }
 
         #[inline]
-        fn $name(evaluation: &Evaluation, $($arg: $type),*) -> $ret {
+        fn $name($of: $given, $($arg: $type),*) -> $ret {
             #[cfg(target_arch = "x86_64")]
-            if evaluation.step.fma {
+            if $fma {
                 // SAFETY: `fma` is set only after AVX2 and FMA were detected.
-                return unsafe { $fast(evaluation, $($arg),*) };
+                return unsafe { $fast($of, $($arg),*) };
             }
-            kernel::$kernel::<F8>(evaluation, $($arg),*)
+            $module::$kernel::<F8>($of, $($arg),*)
         }
     };
 }
-dispatch!(slope = slope_with / slope_avx2, (spot: &Spot<'_>, clay: (&[Hot], &[Cold], &mut [Seat]), near: Option<&Near<'_>>, u: &Tile, bent: &mut Vec<Bent>, out: &mut Tile) -> bool);
-dispatch!(end = end_with / end_avx2, (spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold], &[Seat]), near: Option<(&Near<'_>, &mut GridReport)>, u: &Tile, bent: &mut Vec<Bent>) -> u32);
+dispatch!(bring_all = eights::found_with / found_avx2, (step: &Step => step.fma, spot: &Spot<'_>, hot: &[Hot], eights: &mut Vec<Eight>, out: &mut Tile) -> ());
+dispatch!(slope = kernel::slope_with / slope_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, clay: (&[Hot], &[Cold]), near: Option<&Near<'_>>, u: &Tile4, bent: &mut Vec<Bent>) -> bool);
+dispatch!(end = kernel::end_with / end_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold]), near: Option<(&Near<'_>, &mut GridReport)>, u: [&Tile4; 2], bent: &mut Vec<Bent>) -> u32);

@@ -29,6 +29,12 @@ impl Block3 {
     pub(super) fn flat_mut(&mut self) -> &mut [f32] {
         self.0.as_flattened_mut()
     }
+
+    /// Adds `factor` times another.
+    #[inline(always)]
+    pub(super) fn add(&mut self, factor: f32, other: &Self) {
+        self.flat_mut().iter_mut().zip(other.flat()).for_each(|(own, other)| *own += factor * other);
+    }
 }
 
 /// Calls `act` with each item and its index, on several threads where there are many.
@@ -40,19 +46,48 @@ pub(super) fn for_each<T: Send>(items: &mut [T], act: impl Fn(usize, &mut T) + S
     }
 }
 
-/// Scalar product.
-pub(super) fn dot(a: &[Block3], b: &[Block3]) -> f64 {
-    let of = |(a, b): (&Block3, &Block3)| of_block(a, b);
-    if a.len() < PARALLEL_MIN {
-        a.iter().zip(b).map(of).sum()
+/// The same with the items of two slices, which are as many.
+pub(super) fn for_each_pair<T: Send, U: Send>(
+    items: &mut [T],
+    others: &mut [U],
+    act: impl Fn(usize, &mut T, &mut U) + Sync + Send,
+) {
+    if items.len() < PARALLEL_MIN {
+        items.iter_mut().zip(others).enumerate().for_each(|(i, (item, other))| act(i, item, other));
     } else {
-        let sums: Vec<f64> = a.par_iter().zip(b).with_min_len(SHARE_MIN).map(of).collect();
-        sums.iter().sum()
+        let both = items.par_iter_mut().zip(others).enumerate();
+        both.with_min_len(SHARE_MIN).for_each(|(i, (item, other))| act(i, item, other));
     }
 }
 
+/// Calls `act` as [`for_each`] does and adds up, in the order of the items, what comes back.
+pub(super) fn sum_each<T: Send, const N: usize>(
+    items: &mut [T],
+    act: impl Fn(usize, &mut T) -> [f64; N] + Sync + Send,
+) -> [f64; N] {
+    let add = |sum: [f64; N], more: &[f64; N]| std::array::from_fn(|i| sum[i] + more[i]);
+    if items.len() < PARALLEL_MIN {
+        items.iter_mut().enumerate().fold([0.0; N], |sum, (i, item)| add(sum, &act(i, item)))
+    } else {
+        let each = items.par_iter_mut().enumerate().with_min_len(SHARE_MIN).map(|(i, item)| act(i, item));
+        each.collect::<Vec<_>>().iter().fold([0.0; N], add)
+    }
+}
+
+/// Adds up, in the order of the slots, what `of` makes of each.
+pub(super) fn sum_over<const N: usize>(slots: usize, of: impl Fn(usize) -> [f64; N] + Sync + Send) -> [f64; N] {
+    // Items without a size take no room.
+    sum_each(&mut vec![(); slots], |slot, ()| of(slot))
+}
+
+/// Scalar product.
+pub(super) fn dot(a: &[Block3], b: &[Block3]) -> f64 {
+    sum_over(a.len(), |slot| [dot_of(&a[slot], &b[slot])])[0]
+}
+
 /// Scalar product of two blocks, in eight sums: one alone would wait for itself.
-fn of_block(a: &Block3, b: &Block3) -> f64 {
+#[inline]
+pub(super) fn dot_of(a: &Block3, b: &Block3) -> f64 {
     let mut sums = [0.0; 8];
     for (a, b) in a.flat().as_chunks::<8>().0.iter().zip(b.flat().as_chunks::<8>().0) {
         for k in 0..8 {
@@ -60,14 +95,4 @@ fn of_block(a: &Block3, b: &Block3) -> f64 {
         }
     }
     sums.iter().sum()
-}
-
-/// `y += factor x`.
-pub(super) fn axpy(y: &mut [Block3], factor: f32, x: &[Block3]) {
-    for_each(y, |slot, y| y.flat_mut().iter_mut().zip(x[slot].flat()).for_each(|(y, x)| *y += factor * x));
-}
-
-/// `y *= factor`.
-pub(super) fn scale(y: &mut [Block3], factor: f32) {
-    for_each(y, |_, y| y.flat_mut().iter_mut().for_each(|y| *y *= factor));
 }

@@ -7,6 +7,8 @@ use super::super::contact::ToolNow;
 use super::super::grid_step::GridStep;
 use super::super::implicit;
 use super::super::particle_step::ParticleStep;
+use super::super::passes;
+use super::super::state::Run;
 use super::super::step::Step;
 use super::{Failure, Solver, Tally};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,6 +43,7 @@ impl Solver {
             let tools = &tools;
             let particles =
                 ParticleStep { step, domain: &domain, material, cutting, gravity, springs, clamps_walls: false, tools };
+            self.take_sides(&particles, &mut tally);
             self.sort_by_middles(&mut tally);
             let began = Instant::now();
             let nodes = GridStep::new(&coefficients, plan, &domain, dt, s);
@@ -48,7 +51,8 @@ impl Solver {
             let report = implicit::step(&mut self.implicit, clay, (&particles, &nodes), &mut self.arrivals, averaging, passes)
                 .map_err(Failure::Health)?;
             self.is_sorted = false;
-            tally.timings.particles += began.elapsed().as_secs_f64();
+            tally.timings.grid += report.seconds;
+            tally.timings.particles += began.elapsed().as_secs_f64() - report.seconds;
             tally.add_grid(&report.grid);
             tally.clamped += report.clamped;
             tally.passes += report.passes;
@@ -63,8 +67,20 @@ impl Solver {
         if plan.averages() {
             averaging::average_volumes(&mut self.state, plan.volume_averaging);
         }
+        self.settle(plan, &mut tally);
         self.state.end_frame(&step);
         Ok(tally)
+    }
+
+    /// Gives the particles near blades and plates their sides; then they have to be sorted again.
+    fn take_sides(&mut self, s: &ParticleStep<'_>, tally: &mut Tally) {
+        if !s.tools.iter().any(|tool| tool.blade.is_some()) && !self.state.runs.iter().any(Run::is_beside_plate) {
+            return;
+        }
+        self.sort(tally);
+        self.is_sorted = false;
+        let near = self.near_blades(s, s.tools);
+        tally.add_tags(&passes::tag(s, &mut self.state, true, &|i| near[i]));
     }
 
     /// Sorts by where the particles' stencils stand in the implicit step that begins.

@@ -1,10 +1,18 @@
-//! Solid tools and separating walls press on particles at the step's end: the explicit step's
+//! Tools and separating walls press on particles at the step's end: the explicit step's
 //! [law](super::super::super::penalty), at the places that the unknowns give.
 //!
 //! The particle stands at `x + u`, the tools at their poses of `t + h`. A particle that comes to a tool which
 //! it can leave is anchored where it stood at `t`, moved with the tool: its friction is that of the step's
 //! way, and Coulomb's bound caps it.
+//!
+//! A blade presses on a particle that has a side s of its sheet with the gap `s d - r`, d its signed
+//! distance and `s n` its normal, where the foot is inside its outline; not on what came behind it round
+//! the rim ([`Blade::flank`](super::super::super::tool::Blade::flank)). Clay that it cuts is continuous up
+//! to it: what takes a side with `0 <= s d < 2 r` at `t` is anchored where it stands, and its distance then
+//! is its r, kept as its anchor's own distance from the blade. Of a particle without an anchor r is
+//! [`reach`], or `s d` at `t` where that is less. So a blade opens no gap where it cuts.
 
+use super::super::super::cut::CutKey;
 use super::super::super::frame::FrameReport;
 use super::super::super::params::Wall;
 use super::super::super::penalty::{FOUND_DEPTH, Springs, Surface, reach};
@@ -39,8 +47,27 @@ pub(super) fn press(particle: &Particle, moved: DVec3, around: &Surroundings) ->
     let springs = springs(particle.rest_volume, around);
     let mut press = Press::default();
     press.by_tools(particle, [start, at], &springs, around);
+    press.by_blades(particle, [start, at], &springs, around);
     press.by_walls(particle, [start, at], &springs, around);
     press
+}
+
+/// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, where it
+/// stands as the step begins.
+pub(super) fn cling(particle: &mut Particle, before: CutKey, around: &Surroundings) {
+    let (cell_width, start) = (around.domain.cell_width, around.domain.to_world(particle.position));
+    let edge = 2.0 * reach(particle.rest_volume / cell_width.powi(3)) * cell_width;
+    for tool in around.tools.iter().filter(|tool| !tool.is_solid()) {
+        let sheet = tool.path.sheet_id();
+        let side = particle.key().side(sheet);
+        let Some(blade) = tool.blade.filter(|blade| blade.holds && side != before.side(sheet)) else { continue };
+        let is_cut = (0.0..edge).contains(&blade.distance_before(side, start));
+        let anchor = is_cut.then(|| (tool.path.id, tool.motion.start.to_local(start) / cell_width));
+        let is_its = |kept: &Option<(u32, DVec3)>| kept.is_none_or(|kept| kept.0 == tool.path.id);
+        if let Some(seat) = particle.anchors.iter().position(is_its) {
+            particle.anchors[seat] = anchor;
+        }
+    }
 }
 
 impl Press {
@@ -64,6 +91,35 @@ impl Press {
             self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             self.tools.push((index, touch.force));
             self.anchors.extend(touch.anchor.map(|anchor| (id, pose.to_local(anchor) / cell_width)));
+        }
+    }
+
+    fn by_blades(&mut self, particle: &Particle, [start, at]: [DVec3; 2], springs: &Springs, around: &Surroundings) {
+        let cell_width = around.domain.cell_width;
+        let reach = reach(particle.rest_volume / cell_width.powi(3)) * cell_width;
+        for (index, tool) in around.tools.iter().enumerate().filter(|(_, tool)| !tool.is_solid()) {
+            let side = particle.key().side(tool.path.sheet_id());
+            let Some(blade) = tool.blade.filter(|_| side != 0) else { continue };
+            let Some((distance, normal)) = blade.flank(side, start, at) else { continue };
+            let (from, to, id, contact) = (tool.motion.start, tool.motion.end, tool.path.id, tool.path.tool.contact);
+            let kept = particle.anchors.iter().flatten().find(|anchor| anchor.0 == id).map(|anchor| anchor.1 * cell_width);
+            let reach = match kept {
+                Some(anchor) => blade.distance_of(side, anchor).max(0.0),
+                None => blade.distance_before(side, start).clamp(0.0, reach),
+            };
+            let gap = distance - reach;
+            // It never is found in the blade: it is cut.
+            let surface = Surface { contact, gap, normal, leaving: gap / around.plan.dt };
+            let anchor = match kept {
+                Some(anchor) => Some(to.to_world(anchor)),
+                None => (gap < 0.0 && contact.can_part()).then(|| to.to_world(from.to_local(start))),
+            };
+            let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
+            self.force += touch.force;
+            self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
+            self.tools.push((index, touch.force));
+            let place = |anchor| blade.at_distance(side, to.to_local(anchor), reach);
+            self.anchors.extend(touch.anchor.map(|anchor| (id, place(anchor) / cell_width)));
         }
     }
 
@@ -92,9 +148,14 @@ impl Press {
         }
     }
 
-    /// Keeps the anchors and the walls, and gives tools and walls the step's impulses.
-    pub(super) fn settle(&self, particle: &mut Particle, world: DVec3, around: &Surroundings, frame: &mut FrameReport) {
+    /// Keeps the anchors and the walls.
+    pub(super) fn settle(&self, particle: &mut Particle, around: &Surroundings) {
         particle.anchors = std::array::from_fn::<_, ANCHORS_MAX, _>(|i| self.anchors.get(i).copied());
+        particle.walls = self.walls | is_arrived(particle, particle.position, around);
+    }
+
+    /// Gives tools and walls the step's impulses, of a particle at `world` \[m\].
+    pub(super) fn book(&self, world: DVec3, around: &Surroundings, frame: &mut FrameReport) {
         for (index, force) in &self.tools {
             let (felt, given) = (&mut frame.tools[*index], *force * around.plan.dt);
             felt.impulse -= given;
@@ -104,6 +165,5 @@ impl Press {
         }
         frame.wall_impulse += self.on_walls * around.plan.dt;
         frame.impulse_scale += self.on_walls.length() * around.plan.dt;
-        particle.walls = self.walls | is_arrived(particle, particle.position, around);
     }
 }

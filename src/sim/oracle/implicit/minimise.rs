@@ -5,9 +5,13 @@
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
 //! line crosses 0, and tried again. What was last accepted is the answer.
+//!
+//! The sides of kept cuts bound where it may go ([`pairs`](super::pairs)): each place is made a possible one,
+//! and what closed pairs hold is searched no further.
 
 use super::super::super::implicit::{CURVATURE_MIN, CUT, PAIRS};
 use super::multigrid::Multigrid;
+use super::pairs::Pairs;
 use super::residual::{Slope, System, dot};
 use glam::DVec3;
 
@@ -22,47 +26,78 @@ pub(super) struct Least {
     pub(super) rejected: u32,
 }
 
-/// Goes down from `guess` with at most `passes` evaluations.
+/// Goes down from `guess`, which is a possible one, with at most `passes` evaluations.
 pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>, passes: u32) -> Least {
+    let mut pairs = system.pairs.clone();
     let slope = system.slope(&guess);
     let mut least = Least { u: guess, slope, passes: 1, rejected: 0 };
     if !least.slope.is_sound {
         // Nothing is as good a start where motion as it was turns a cell inside out.
-        let still: Vec<DVec3> = least.u.iter().zip(&system.unknowns.all).map(|(u, unknown)| *u * (1.0 - unknown.free)).collect();
+        let mut still: Vec<DVec3> =
+            least.u.iter().zip(&system.unknowns.all).map(|(u, unknown)| *u * (1.0 - unknown.free)).collect();
+        pairs.begin(&mut still);
         least.slope = system.slope(&still);
         (least.u, least.passes) = (still, 2);
     }
-    let mut pairs: Vec<[Vec<DVec3>; 2]> = vec![];
+    pairs.settle(&least.u, &least.slope.residual);
+    let mut known: Vec<[Vec<DVec3>; 2]> = vec![];
     while least.passes < passes {
-        let residual = &least.slope.residual;
-        let mut step = direction(&pairs, cycle, residual);
-        if dot(&step, residual) >= 0.0 {
-            pairs.clear();
-            step = direction(&pairs, cycle, residual);
+        let residual = searched(&pairs, &least.slope.residual);
+        let mut step = direction(&known, cycle, &pairs, &residual);
+        if dot(&step, &residual) >= 0.0 {
+            known.clear();
+            step = direction(&known, cycle, &pairs, &residual);
         }
-        let Some((slope, step)) = descend(system, &mut least, step, passes) else { break };
-        let change: Vec<DVec3> = slope.residual.iter().zip(&least.slope.residual).map(|(new, old)| *new - *old).collect();
-        least.u.iter_mut().zip(&step).for_each(|(u, step)| *u += *step);
-        least.slope = slope;
+        let Some((slope, u)) = descend(system, &pairs, &mut least, step, passes) else { break };
+        let step = difference(&u, &least.u);
+        let change = difference(&slope.residual, &least.slope.residual);
+        (least.u, least.slope) = (u, slope);
+        pairs.settle(&least.u, &least.slope.residual);
+        let (step, change) = (pairs.along(step), pairs.without_reactions(change));
         if dot(&step, &change) > CURVATURE_MIN * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-            pairs.push([step, change]);
-            if pairs.len() > PAIRS {
-                pairs.remove(0);
+            known.push([step, change]);
+            if known.len() > PAIRS {
+                known.remove(0);
             }
         }
     }
+    least.slope.residual = searched(&pairs, &least.slope.residual);
     least
 }
 
-/// The slope after the step, and the step, cut until the potential falls; none when the passes are used up.
-fn descend(system: &System<'_>, least: &mut Least, mut step: Vec<DVec3>, passes: u32) -> Option<(Slope, Vec<DVec3>)> {
+fn difference(a: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {
+    a.iter().zip(b).map(|(a, b)| *a - *b).collect()
+}
+
+/// The slope with the friction of cuts, along what is searched.
+fn searched(pairs: &Pairs, slope: &[DVec3]) -> Vec<DVec3> {
+    let mut slope = slope.to_vec();
+    pairs.rub(&mut slope);
+    pairs.without_reactions(slope)
+}
+
+/// The slope after the step, and where that leads, cut until the potential falls; none when the passes are
+/// used up.
+fn descend(
+    system: &System<'_>,
+    pairs: &Pairs,
+    least: &mut Least,
+    mut step: Vec<DVec3>,
+    passes: u32,
+) -> Option<(Slope, Vec<DVec3>)> {
+    let mut start = least.slope.residual.clone();
+    pairs.rub(&mut start);
     while least.passes < passes {
-        let there: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
+        let mut there: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
+        pairs.close(&mut there);
         let slope = system.slope(&there);
         least.passes += 1;
-        let (before, after) = (dot(&step, &least.slope.residual), dot(&step, &slope.residual));
+        let way = difference(&there, &least.u);
+        let mut end = slope.residual.clone();
+        pairs.rub(&mut end);
+        let (before, after) = (dot(&way, &start), dot(&way, &end));
         if slope.is_sound && after <= -before {
-            return Some((slope, step));
+            return Some((slope, there));
         }
         least.rejected += 1;
         let cut = if slope.is_sound { (before / (before - after)).clamp(CUT[0], CUT[1]) } else { 0.5 * (CUT[0] + CUT[1]) };
@@ -71,20 +106,21 @@ fn descend(system: &System<'_>, least: &mut Least, mut step: Vec<DVec3>, passes:
     None
 }
 
-/// Minus the approximate inverse of the curvature, times the residual.
-fn direction(pairs: &[[Vec<DVec3>; 2]], cycle: &Multigrid, residual: &[DVec3]) -> Vec<DVec3> {
+/// Minus the approximate inverse of the curvature, times the residual, along what is searched.
+fn direction(known: &[[Vec<DVec3>; 2]], cycle: &Multigrid, pairs: &Pairs, residual: &[DVec3]) -> Vec<DVec3> {
     let mut q = residual.to_vec();
     let mut shares = vec![];
-    for [step, change] in pairs.iter().rev() {
+    for [step, change] in known.iter().rev() {
         let share = dot(step, &q) / dot(step, change);
         q.iter_mut().zip(change).for_each(|(q, change)| *q -= share * *change);
         shares.push(share);
     }
-    let mut z = cycle.cycle(&q);
-    for ([step, change], share) in pairs.iter().zip(shares.iter().rev()) {
+    let mut z = pairs.along(cycle.cycle(&pairs.without_reactions(q)));
+    for ([step, change], share) in known.iter().zip(shares.iter().rev()) {
         let other = dot(change, &z) / dot(step, change);
         z.iter_mut().zip(step).for_each(|(z, step)| *z += (share - other) * *step);
     }
+    z = pairs.along(z);
     z.iter_mut().for_each(|z| *z = -*z);
     z
 }

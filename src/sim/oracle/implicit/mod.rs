@@ -9,27 +9,31 @@
 //! |--------------|-------------------------------------------------------------------------|
 //! | `unknowns`   | which displacement each field of each node has, walls folded            |
 //! | `residual`   | the potential's slope, particle by particle; the step's end             |
-//! | `contact`    | solid tools and walls, at the step's end                                |
+//! | `contact`    | tools and walls on particles, at the step's end                         |
 //! | `multigrid`  | a V-cycle of three scalar operators, which know how full cells are      |
+//! | `pairs`      | the sides of kept cuts, which do not go through each other              |
 //! | `minimise`   | L-BFGS about it, guarded                                                |
 //!
-//! No tool deals sides in it yet; cuts weld and volumes are averaged at the frame's end.
+//! Particles take their [sides](super::tags) as the explicit step has it; cuts weld and volumes are
+//! averaged at the frame's end.
 
 mod contact;
 mod minimise;
 pub(in crate::sim) mod multigrid;
+mod pairs;
 mod residual;
 #[cfg(test)]
 mod tests;
 mod unknowns;
 
+use super::super::cut::CutKey;
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
 use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
-use super::{sides, walls};
+use super::{sides, tags, walls};
 use glam::DVec3;
 use multigrid::Multigrid;
 use residual::System;
@@ -46,18 +50,29 @@ pub(super) fn step(
     frame: &mut FrameReport,
 ) -> Grid {
     let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
+    take_sides(particles, &around, frame);
     let fields = scatter_fields(particles, &around);
     let mut moved = vec![];
     with_system(particles, &fields, &around, |system, guess| {
-        let cycle = Multigrid::new(&system.finest(&fields.0, guess));
+        let cycle = Multigrid::new(system.finest(&fields.0, guess));
         let least = minimise::minimise(system, &cycle, guess.to_vec(), passes);
-        moved = system.end(&least.u, &least.slope, frame);
+        let relaxed = system.relaxed(guess, &least.slope);
+        moved = system.end(&least.u, &relaxed, &least.slope, frame);
         frame.passes += least.passes;
         frame.rejected += least.rejected;
         frame.residual = frame.residual.max(least.slope.quality());
     });
     *particles = moved;
     fields.0
+}
+
+/// Tags the particles as the explicit step does; what a blade has cut clings to it.
+fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
+    let before: Vec<CutKey> = particles.iter().map(Particle::key).collect();
+    tags::take_sides(particles, around, frame);
+    for (particle, before) in particles.iter_mut().zip(before) {
+        contact::cling(particle, before, around);
+    }
 }
 
 /// The nodes of a step, walls folded, with the fields that move and their velocities without stress and
@@ -79,7 +94,8 @@ fn with_system(
     each: impl FnOnce(&System<'_>, &[DVec3]),
 ) {
     let mut system = System::new(particles, grid, Unknowns::new(grid, columns, around), around);
-    let guess = system.guess();
+    let mut guess = system.guess();
+    system.pairs.begin(&mut guess);
     system.share_volumes(&guess);
     each(&system, &guess);
 }

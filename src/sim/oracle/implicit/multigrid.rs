@@ -4,21 +4,25 @@
 //! Component a has, on level l with cells of `H = 2^l dx`,
 //! `A_a = sum over cells phi H [(lambda + 2 mu) K_a + mu K_b + mu K_c] + extra`, `K_a = k x m x m` with k
 //! along axis a, `k = [1 -1; -1 1]`, `m = [2 1; 1 2] / 6`: trilinear elements of the linear law without the
-//! terms that couple components. `phi` is the clay's rest volume over the cell's, of each class apart; of a
-//! coarse cell the mean of its eight. The extra diagonal is, on the finest level, what the splines' own
-//! diagonal `D` has beyond that of the elements (0 at least), inertia `m / h^2` and the springs of contact;
-//! coarse levels have the last two restricted, of free components to free ones. Unknowns of coarse nodes are
-//! those of the fine node at the same place, as free as these.
+//! terms that couple components. `phi` is the clay's rest volume over the cell's, of each class apart, which
+//! a particle brings to the eight cells whose middles are about it; beyond walls it is brought back. Of a
+//! coarse cell it is the mean of its eight. The extra diagonal is inertia `m / h^2` and the springs of
+//! contact; coarse levels have it restricted.
+//!
+//! Nodes with too little clay to be unknowns of the step are unknowns here, with nothing to be solved for:
+//! the surface of clay is free, and a body moves as one. Of a coarse node see [`Layout::coarser`].
 //!
 //! A cycle: `z = w r / diag`, the rest of r restricted (the transpose of trilinear interpolation), solved on
-//! the coarser level by the same, interpolated, added, and smoothed once more by `w / diag`. `w = 1.6 / l`,
-//! `l = 4.5 (lambda + 2 mu) / (lambda + 4 mu)` the elements' own bound of the greatest eigenvalue of
-//! `diag^-1 A`, whatever the fill. On the coarsest level, of at most [`DIRECT_MAX`] free unknowns, exactly.
+//! the coarser level by the same, interpolated, added, and smoothed once more by `w / diag`. `diag` is that
+//! of A, on the finest level with the splines' own where that is more, since near the surface they are
+//! stiffer. `w = 1.8 / l`, `l = 4.5 (lambda + 2 mu) / (lambda + 4 mu)` the elements' own bound of the
+//! greatest eigenvalue of `diag^-1 A`, whatever the fill. On the coarsest level, of at most [`DIRECT_MAX`]
+//! free unknowns, exactly.
 
 use super::super::super::cut::CutKey;
-use super::super::super::implicit::{CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, PIVOT_MIN, smoothing};
+use super::super::super::implicit::{COARSE_SCALE, CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, PIVOT_MIN, smoothing};
 use glam::{DVec3, IVec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A symmetric matrix by rows, and its diagonal.
 #[derive(Clone, Debug, Default)]
@@ -30,8 +34,11 @@ struct Matrix {
 /// One level: the same unknowns for the three components.
 #[derive(Clone, Debug)]
 struct Level {
+    /// 1 where clay moves, else 0.
     free: Vec<DVec3>,
     matrices: [Matrix; 3],
+    /// What the smoother divides by.
+    diagonal: Vec<DVec3>,
     /// Of each unknown, those of the next level that it is interpolated from.
     parents: Vec<Vec<(usize, f64)>>,
 }
@@ -49,8 +56,10 @@ pub(in crate::sim) struct Multigrid {
 pub(in crate::sim) struct Finest<'a> {
     /// Node and class of each unknown.
     pub(in crate::sim) places: Vec<(IVec3, CutKey)>,
-    /// Components of each that are to be found.
-    pub(in crate::sim) free: Vec<DVec3>,
+    /// Of each, by component: 1 where clay moves, however little it is, -1 where a wall holds it, else 0.
+    pub(in crate::sim) live: Vec<DVec3>,
+    /// The same of nodes that are images of others: -1 or 0.
+    pub(in crate::sim) outer: Vec<((IVec3, CutKey), DVec3)>,
     /// The unknown with which clay of a class moves at a node.
     pub(in crate::sim) find: Box<dyn Fn(IVec3, CutKey) -> Option<usize> + 'a>,
     /// How full each cell is of each class.
@@ -66,70 +75,62 @@ pub(in crate::sim) struct Finest<'a> {
     pub(in crate::sim) cell_width: f64,
 }
 
-/// The fill of cells by class, and the unknowns by their nodes, of one level.
-struct Layout {
+/// Finds the unknown with which clay of a class moves at a node.
+type Find<'a> = Box<dyn Fn(IVec3, CutKey) -> Option<usize> + 'a>;
+
+/// The cells and nodes of one level.
+struct Layout<'a> {
     fill: BTreeMap<([i32; 3], CutKey), f64>,
     /// Node and class of each unknown.
     places: Vec<(IVec3, CutKey)>,
-    /// Of the finest unknown at a place, that of this level.
-    of_finest: BTreeMap<usize, usize>,
+    /// As in [`Finest`].
+    live: Vec<DVec3>,
+    outer: Vec<((IVec3, CutKey), DVec3)>,
+    find: Find<'a>,
+    /// Cells of the finest level along one of this.
     scale: i32,
-}
-
-impl Layout {
-    /// The unknown of `key` at `node` of this level.
-    fn find(&self, finest: &Finest<'_>, node: IVec3, key: CutKey) -> Option<usize> {
-        self.of_finest.get(&(finest.find)(node * self.scale, key)?).copied()
-    }
 }
 
 impl Multigrid {
     /// The operators of a step.
-    pub(in crate::sim) fn new(finest: &Finest<'_>) -> Self {
-        let (mu, lambda) = (finest.mu, finest.lambda);
+    pub(in crate::sim) fn new(finest: Finest<'_>) -> Self {
+        let Finest { places, live, outer, find, fill, diagonal, mut extra, mu, lambda, cell_width } = finest;
         let moduli = [0, 1, 2].map(|a| DVec3::splat(mu) + DVec3::AXES[a] * (lambda + mu));
-        let mut layout = Layout {
-            fill: finest.fill.clone(),
-            places: finest.places.clone(),
-            of_finest: (0..finest.places.len()).map(|i| (i, i)).collect(),
-            scale: 1,
-        };
-        let mut free = finest.free.clone();
-        let mut extra = finest.extra.clone();
+        let mut layout = Layout { fill, places, live, outer, find, scale: 1 };
+        let mut splines = Some(diagonal);
         let mut levels: Vec<Level> = vec![];
         loop {
-            let cell_width = finest.cell_width * f64::from(layout.scale);
-            let matrices = [0, 1, 2].map(|a| {
-                let mut matrix = elements(finest, &layout, moduli[a] * cell_width, a, &free);
-                let own = |i: usize| if levels.is_empty() { (finest.diagonal[i][a] - matrix.diagonal[i]).max(0.0) } else { 0.0 };
-                let more: Vec<f64> = (0..free.len()).map(|i| own(i) + extra[i][a]).collect();
-                matrix.add_to_diagonal(&more);
-                matrix
-            });
-            let (coarse, parents) = coarser(finest, &layout);
-            let mut coarse_free = vec![DVec3::ZERO; coarse.places.len()];
-            for (fine, at) in &coarse.of_finest {
-                coarse_free[*at] = finest.free[*fine];
+            layout.keep_filled();
+            let free: Vec<DVec3> = layout.live.iter().map(|live| live.max(DVec3::ZERO)).collect();
+            extra.iter_mut().zip(&free).for_each(|(extra, free)| *extra *= *free);
+            let width = cell_width * f64::from(layout.scale);
+            let mut matrices = [0, 1, 2].map(|a| elements(&layout, moduli[a] * width, a, &free));
+            let own = |i: usize| DVec3::from_array([0, 1, 2].map(|a| matrices[a].diagonal[i]));
+            let stiffest = |i: usize| splines.as_ref().map_or(own(i), |splines| splines[i].max(own(i)));
+            let diagonal = (0..free.len()).map(|i| stiffest(i) + extra[i]).collect();
+            for (a, matrix) in matrices.iter_mut().enumerate() {
+                matrix.add_to_diagonal(&extra.iter().map(|extra| extra[a]).collect::<Vec<_>>());
             }
-            let (count, coarser) = (count(&free), count(&coarse_free));
+            splines = None;
+            let (count, (mut coarse, parents)) = (count(&free), layout.coarser());
+            coarse.keep_filled();
+            let coarser = self::count(&coarse.live);
             if count <= DIRECT_MAX || coarser == count || levels.len() + 1 == LEVELS_MAX {
                 let factors = [0, 1, 2].map(|a| matrices[a].factored(&free, a));
-                levels.push(Level { free, matrices, parents: vec![] });
+                levels.push(Level { free, matrices, diagonal, parents: vec![] });
                 return Self { levels, factors, smoothing: smoothing(mu, lambda) };
             }
             let mut restricted = vec![DVec3::ZERO; coarse.places.len()];
             for (i, of) in parents.iter().enumerate() {
                 of.iter().for_each(|(parent, weight)| restricted[*parent] += *weight * free[i] * extra[i]);
             }
-            restricted.iter_mut().zip(&coarse_free).for_each(|(extra, free)| *extra *= *free);
-            let fine_free = std::mem::replace(&mut free, coarse_free);
-            levels.push(Level { free: fine_free, matrices, parents });
+            levels.push(Level { free, matrices, diagonal, parents });
             (layout, extra) = (coarse, restricted);
         }
     }
 
     #[cfg(test)]
-    pub(super) fn level_count(&self) -> usize {
+    pub(in crate::sim) fn level_count(&self) -> usize {
         self.levels.len()
     }
 
@@ -143,10 +144,7 @@ impl Multigrid {
         if level + 1 == self.levels.len() {
             return self.solve(residual);
         }
-        let smooth = |r: DVec3, i: usize| {
-            let diagonal = [0, 1, 2].map(|a| at.matrices[a].diagonal[i].max(f64::MIN_POSITIVE));
-            self.smoothing * at.free[i] * r / DVec3::from_array(diagonal)
-        };
+        let smooth = |r: DVec3, i: usize| self.smoothing * at.free[i] * r / at.diagonal[i].max(DVec3::splat(f64::MIN_POSITIVE));
         let mut z: Vec<DVec3> = residual.iter().enumerate().map(|(i, r)| smooth(*r, i)).collect();
         let left = at.left_over(residual, &z);
         let mut restricted = vec![DVec3::ZERO; self.levels[level + 1].free.len()];
@@ -159,7 +157,7 @@ impl Multigrid {
         let coarse = self.on_level(level + 1, &restricted);
         for (i, z) in z.iter_mut().enumerate() {
             let correction: DVec3 = at.parents[i].iter().map(|(parent, weight)| *weight * coarse[*parent]).sum();
-            *z += at.free[i] * correction;
+            *z += COARSE_SCALE * at.free[i] * correction;
         }
         let left = at.left_over(residual, &z);
         z.iter().zip(&left).enumerate().map(|(i, (z, left))| *z + smooth(*left, i)).collect()
@@ -236,14 +234,11 @@ impl Matrix {
 }
 
 /// The elements' matrix of component `a` among what is free.
-fn elements(finest: &Finest<'_>, layout: &Layout, moduli: DVec3, a: usize, free: &[DVec3]) -> Matrix {
+fn elements(layout: &Layout<'_>, moduli: DVec3, a: usize, free: &[DVec3]) -> Matrix {
     let n = free.len();
     let mut matrix = Matrix { rows: vec![vec![]; n], diagonal: vec![0.0; n] };
     for ((cell, key), fill) in &layout.fill {
-        let corners: [Option<usize>; 8] = std::array::from_fn(|c| {
-            let found = layout.find(finest, IVec3::from_array(*cell) + corner(c), *key)?;
-            (free[found][a] != 0.0).then_some(found)
-        });
+        let corners = layout.corners(*cell, *key).map(|found| found.filter(|found| free[*found][a] != 0.0));
         for (i, row) in corners.iter().enumerate() {
             for (k, column) in corners.iter().enumerate() {
                 if let (Some(row), Some(column)) = (row, column) {
@@ -256,8 +251,8 @@ fn elements(finest: &Finest<'_>, layout: &Layout, moduli: DVec3, a: usize, free:
 }
 
 /// Unknowns that are free along some axis.
-fn count(free: &[DVec3]) -> usize {
-    free.iter().filter(|free| **free != DVec3::ZERO).count()
+fn count(live: &[DVec3]) -> usize {
+    live.iter().filter(|live| live.max_element() > 0.0).count()
 }
 
 /// Corner `c` of a cell.
@@ -275,35 +270,90 @@ pub(in crate::sim) fn element(moduli: DVec3, i: usize, k: usize) -> f64 {
         + moduli.z * mass[0] * mass[1] * stiffness[2]
 }
 
-/// The next level, and what each unknown of this one is interpolated from.
-fn coarser(finest: &Finest<'_>, layout: &Layout) -> (Layout, Vec<Vec<(usize, f64)>>) {
-    let mut coarse = Layout { fill: BTreeMap::new(), places: vec![], of_finest: BTreeMap::new(), scale: 2 * layout.scale };
-    for ((cell, key), fill) in &layout.fill {
-        let parent = cell.map(|c| c.div_euclid(2));
-        *coarse.fill.entry((parent, *key)).or_default() += fill / 8.0;
+/// The nodes that the coarser level interpolates a node from, with their weights.
+fn parents_of(node: IVec3) -> impl Iterator<Item = (IVec3, f64)> {
+    let low = node.div_euclid(IVec3::splat(2));
+    let weight = move |at: IVec3| -> f64 {
+        let distance = (at * 2 - node).abs().to_array();
+        distance.iter().map(|d| [1.0, 0.5, 0.0][(*d).clamp(0, 2) as usize]).product()
+    };
+    (0..8).map(move |c| low + corner(c)).map(move |at| (at, weight(at))).filter(|(_, weight)| *weight > 0.0)
+}
+
+impl<'a> Layout<'a> {
+    /// The unknowns at a cell's corners.
+    fn corners(&self, cell: [i32; 3], key: CutKey) -> [Option<usize>; 8] {
+        std::array::from_fn(|c| (self.find)(IVec3::from_array(cell) + corner(c), key))
     }
-    for (fine, at) in &layout.of_finest {
-        let (node, key) = layout.places[*at];
-        if node.to_array().iter().all(|n| n.rem_euclid(2) == 0) {
-            coarse.of_finest.insert(*fine, coarse.places.len());
-            coarse.places.push((node.div_euclid(IVec3::splat(2)), key));
+
+    /// Clay moves where there is any in a cell about.
+    fn keep_filled(&mut self) {
+        let mut is_filled = vec![false; self.live.len()];
+        for ((cell, key), _) in self.fill.iter().filter(|(_, fill)| **fill > 0.0) {
+            self.corners(*cell, *key).into_iter().flatten().for_each(|i| is_filled[i] = true);
+        }
+        for (live, _) in self.live.iter_mut().zip(is_filled).filter(|(_, is_filled)| !is_filled) {
+            *live = live.min(DVec3::ZERO);
         }
     }
-    let parents = layout.places.iter().map(|(node, key)| {
-        let mut of = vec![];
-        for c in 0..8 {
-            let low = node.div_euclid(IVec3::splat(2));
-            let at = low + corner(c);
-            let distance = (at * 2 - *node).abs();
-            let weight: f64 = distance.to_array().iter().map(|d| [1.0, 0.5, 0.0][(*d).clamp(0, 2) as usize]).product();
-            if weight > 0.0
-                && let Some(parent) = coarse.find(finest, at, *key)
-            {
-                of.push((parent, weight));
+
+    /// The next level, and what each unknown of this one is interpolated from.
+    ///
+    /// A node has clay of a class that moves where that moves at more of the nodes about it than walls hold,
+    /// by the weights of interpolation. It goes with another class where its clay at the same place does;
+    /// with clay of no class where none of its own reaches it.
+    fn coarser(&self) -> (Self, Vec<Vec<(usize, f64)>>) {
+        let mut fill = BTreeMap::<([i32; 3], CutKey), f64>::new();
+        for ((cell, key), of) in &self.fill {
+            *fill.entry((cell.map(|c| c.div_euclid(2)), *key)).or_default() += of / 8.0;
+        }
+        let mut sums = BTreeMap::<([i32; 3], CutKey), DVec3>::new();
+        let all = self.places.iter().copied().zip(self.live.iter().copied()).chain(self.outer.iter().copied());
+        for ((node, key), live) in all {
+            for (parent, weight) in parents_of(node) {
+                *sums.entry((parent.to_array(), key)).or_default() += weight * live;
             }
         }
-        of
-    });
-    let parents = parents.collect();
-    (coarse, parents)
+        let filled = self.fill.iter().filter(|(_, fill)| **fill > 0.0);
+        let corners = filled.flat_map(|((cell, key), _)| (0..8).map(|c| (IVec3::from_array(*cell) + corner(c), *key)));
+        let reached: BTreeSet<_> = corners.map(|(node, key)| (node.to_array(), key)).collect();
+        let mut leaders = BTreeMap::new();
+        for (node, key) in sums.keys() {
+            let same = IVec3::from_array(*node) * 2;
+            let is_reached = reached.contains(&(same.to_array(), *key));
+            let found = (self.find)(same, *key).filter(|found| is_reached && self.live[*found] != DVec3::ZERO);
+            let fine = found.map(|found| self.places[found]);
+            if let Some((_, leader)) = fine.filter(|(at, leader)| *at == same && leader != key) {
+                leaders.insert((*node, *key), leader);
+            }
+        }
+        for ((node, key), leader) in &leaders {
+            let sum = sums.remove(&(*node, *key)).unwrap_or_default();
+            *sums.entry((*node, *leader)).or_default() += sum;
+        }
+        let alone = |((node, key), sum): (&([i32; 3], CutKey), &DVec3)| {
+            let leader = leaders.get(&(*node, CutKey::UNTAGGED)).copied().unwrap_or(CutKey::UNTAGGED);
+            (*sum == DVec3::ZERO && *key != leader).then_some(((*node, *key), leader))
+        };
+        let alone: Vec<_> = sums.iter().filter_map(alone).collect();
+        for (place, _) in &alone {
+            sums.remove(place);
+        }
+        leaders.extend(alone);
+        let index: BTreeMap<_, usize> = sums.keys().copied().zip(0..).collect();
+        let find: Find<'a> = Box::new(move |node, key| {
+            let node = node.to_array();
+            let of = |key: CutKey| index.get(&(node, leaders.get(&(node, key)).copied().unwrap_or(key))).copied();
+            of(key).or_else(|| of(CutKey::UNTAGGED))
+        });
+        let parents = self
+            .places
+            .iter()
+            .map(|(node, key)| parents_of(*node).filter_map(|(parent, weight)| Some((find(parent, *key)?, weight))).collect());
+        let parents = parents.collect();
+        let places = sums.keys().map(|(node, key)| (IVec3::from_array(*node), *key)).collect();
+        let sign = |sum: f64| if sum == 0.0 { 0.0 } else { sum.signum() };
+        let live = sums.values().map(|sum| DVec3::from_array(sum.to_array().map(sign))).collect();
+        (Self { fill, places, live, outer: vec![], find, scale: 2 * self.scale }, parents)
+    }
 }

@@ -12,7 +12,9 @@
 //! At the step's end `x += u`, `v = u / h`, `C = H / h`, and the strain is what the law made of it.
 
 use super::super::super::frame::FrameReport;
-use super::super::super::implicit::{CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MAX, GUESS_WAY_MAX};
+use super::super::super::implicit::{
+    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, RELAXED_STIFFNESS, SHARED_WITHIN,
+};
 use super::super::grid::Grid;
 use super::super::law;
 use super::super::particle::Particle;
@@ -20,8 +22,9 @@ use super::super::stencil::stencil;
 use super::super::tools::{Moment, Surroundings};
 use super::contact;
 use super::multigrid::Finest;
+use super::pairs::Pairs;
 use super::unknowns::Unknowns;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, IVec3};
 use std::collections::BTreeMap;
 
 /// A particle's place on the grid for the step.
@@ -45,6 +48,8 @@ pub(super) struct System<'a> {
     /// The particles of each cell and class.
     cells: Vec<Vec<usize>>,
     pub(super) unknowns: Unknowns,
+    /// The sides of kept cuts, as the iterations find them.
+    pub(super) pairs: Pairs,
 }
 
 /// The slope at a place.
@@ -100,7 +105,8 @@ impl<'a> System<'a> {
         for (i, (particle, station)) in particles.iter().zip(&stations).enumerate() {
             cells.entry((station.at.floor().as_ivec3().to_array(), particle.key())).or_default().push(i);
         }
-        Self { around, particles, stations, cells: cells.into_values().collect(), unknowns }
+        let pairs = Pairs::new(grid, &unknowns, around);
+        Self { around, particles, stations, cells: cells.into_values().collect(), unknowns, pairs }
     }
 
     /// Shares volumes within the step by the flow that the displacements `u` \[m\] would make.
@@ -122,13 +128,14 @@ impl<'a> System<'a> {
         law::advance(&plan.material, self.stations[i].yield_stress, plan.dt, particle.elastic_strain, increment)
     }
 
-    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\].
-    fn shared(&self, updates: &[law::Advanced]) -> Vec<(f64, f64)> {
+    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\]: `part` of the
+    /// sharing.
+    fn shared(&self, updates: &[law::Advanced], part: f64) -> Vec<(f64, f64)> {
         let material = &self.around.plan.material;
         let bulk = material.lame_lambda() + 2.0 / 3.0 * material.lame_mu();
         let mut shared = vec![(0.0, 0.0); updates.len()];
         for members in &self.cells {
-            let weight = |&i: &usize| self.stations[i].share * self.particles[i].rest_volume;
+            let weight = |&i: &usize| part * self.stations[i].share * self.particles[i].rest_volume;
             let sum: f64 = members.iter().map(weight).sum();
             let log = |i: usize| law::log_volume_ratio(updates[i].elastic_strain);
             if sum == 0.0 {
@@ -136,11 +143,11 @@ impl<'a> System<'a> {
             }
             let mean = members.iter().map(|i| weight(i) * log(*i)).sum::<f64>() / sum;
             for &i in members {
-                shared[i].0 = self.stations[i].share * (mean - log(i));
+                shared[i].0 = part * self.stations[i].share * (mean - log(i));
             }
             let mean = members.iter().map(|&i| weight(&i) * (log(i) + shared[i].0)).sum::<f64>() / sum;
             for &i in members {
-                let share = self.stations[i].share;
+                let share = part * self.stations[i].share;
                 shared[i].1 = bulk * ((1.0 - share) * (log(i) + shared[i].0) + share * mean - log(i));
             }
         }
@@ -152,8 +159,9 @@ impl<'a> System<'a> {
         let (dt, cell_width) = (self.around.plan.dt, self.around.domain.cell_width);
         let guess = |unknown: &super::unknowns::Unknown| {
             let weight = self.around.gravity_step(unknown.node);
-            let falls = (weight * dt).length() < GUESS_FALL_MAX * cell_width;
-            let way = (if falls { unknown.velocity } else { unknown.velocity - weight }) * dt;
+            let own = unknown.velocity - weight;
+            let falls = own.dot(weight) > GUESS_FALL_MIN * weight.length_squared();
+            let way = (if falls { unknown.velocity } else { own }) * dt;
             let held = unknown.free.cmpne(DVec3::ZERO);
             let way = way.clamp_length_max(GUESS_WAY_MAX * cell_width);
             // Too light to be found, but moved along by its own; walls keep their 0.
@@ -184,7 +192,7 @@ impl<'a> System<'a> {
         let is_sound = motions.iter().all(|motion| motion.cayley.is_some());
         let cayley = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY);
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
-        let shared = self.shared(&updates);
+        let shared = self.shared(&updates, SHARED_WITHIN);
         for (i, (particle, station)) in self.particles.iter().zip(&self.stations).enumerate() {
             let motion = &motions[i];
             let stress = updates[i].stress + DMat3::IDENTITY * shared[i].1;
@@ -207,7 +215,7 @@ impl<'a> System<'a> {
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
         let cayley = |motion: &Motion| motion.cayley.expect("no cell is turned inside out");
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
-        let shared = self.shared(&updates);
+        let shared = self.shared(&updates, SHARED_WITHIN);
         motions.iter().zip(updates).zip(shared).map(|((motion, update), shared)| (update, shared.0, motion.moved)).collect()
     }
 
@@ -232,26 +240,31 @@ impl<'a> System<'a> {
     pub(super) fn finest<'g>(&'g self, grid: &'g Grid, u: &[DVec3]) -> Finest<'g> {
         let (plan, cell_width) = (self.around.plan, self.around.domain.cell_width);
         let (mu, lambda) = (plan.material.lame_mu(), plan.material.lame_lambda());
-        let inertia = |unknown: &super::unknowns::Unknown| DVec3::splat(unknown.mass / plan.dt.powi(2));
-        let mut extra: Vec<DVec3> = self.unknowns.all.iter().map(inertia).collect();
-        let mut diagonal = vec![DVec3::ZERO; extra.len()];
+        let (diagonal, springs) = self.diagonals(u);
+        let extra = |(unknown, springs): (&super::unknowns::Unknown, &DVec3)| {
+            DVec3::splat(unknown.mass / plan.dt.powi(2)) + CONTACT_SHARE * *springs
+        };
+        let extra = self.unknowns.all.iter().zip(&springs).map(extra).collect();
         let mut fill = BTreeMap::new();
         for (particle, station) in self.particles.iter().zip(&self.stations) {
-            let cell = station.at.floor().as_ivec3().to_array();
-            *fill.entry((cell, particle.key())).or_default() += particle.rest_volume / cell_width.powi(3);
-            let press = contact::press(particle, self.motion(station, u).moved, self.around);
-            for (seat, weight, arm) in &station.touches {
-                let seat = self.unknowns.seats[*seat];
-                let arms = *arm * *arm;
-                let stiffness = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
-                diagonal[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * stiffness;
-                extra[seat.unknown] += CONTACT_SHARE * *weight * press.stiffness;
+            let first = (station.at - 0.5).floor();
+            for c in 0..8 {
+                let near = [0, 1, 2].map(|axis| c >> axis & 1 == 1);
+                let share = |axis: usize| {
+                    let beyond = station.at[axis] - 0.5 - first[axis];
+                    if near[axis] { beyond } else { 1.0 - beyond }
+                };
+                let cell = (first.as_ivec3() + IVec3::from_array(near.map(i32::from))).to_array();
+                let volume = particle.rest_volume / cell_width.powi(3);
+                *fill.entry((cell, particle.key())).or_default() += volume * share(0) * share(1) * share(2);
             }
         }
         let unknowns = &self.unknowns;
+        unknowns.fold_cells(&mut fill);
         Finest {
             places: unknowns.all.iter().map(|u| (u.node, u.key)).collect(),
-            free: unknowns.all.iter().map(|u| u.free).collect(),
+            live: unknowns.all.iter().map(|u| u.live).collect(),
+            outer: unknowns.outer(grid),
             find: Box::new(|node, key| unknowns.of_field(grid, grid.index(node)?, key)),
             fill,
             diagonal,
@@ -262,19 +275,56 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's
-    /// report.
-    pub(super) fn end(&self, u: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
+    /// How much further nodes would come \[m\] if each went by itself where it is in balance, with the
+    /// springs that it had at `guess`: of what the iterations left, tools and walls feel what that changes
+    /// their springs by.
+    pub(super) fn relaxed(&self, guess: &[DVec3], slope: &Slope) -> Vec<DVec3> {
+        let (splines, springs) = self.diagonals(guess);
+        let relaxed = |i: usize| {
+            let inertia = DVec3::splat(self.unknowns.all[i].mass / self.around.plan.dt.powi(2));
+            let own = RELAXED_STIFFNESS * (splines[i] + inertia);
+            let way = |a: usize| if springs[i][a] > 0.0 { -slope.residual[i][a] / (springs[i][a] + own[a]) } else { 0.0 };
+            DVec3::from_array([0, 1, 2].map(way))
+        };
+        (0..splines.len()).map(relaxed).collect()
+    }
+
+    /// The splines' own diagonal, and that of contact with the displacements `u` [N/m].
+    fn diagonals(&self, u: &[DVec3]) -> (Vec<DVec3>, Vec<DVec3>) {
+        let (material, cell_width) = (&self.around.plan.material, self.around.domain.cell_width);
+        let (mu, lambda) = (material.lame_mu(), material.lame_lambda());
+        let mut splines = vec![DVec3::ZERO; self.unknowns.all.len()];
+        let mut springs = splines.clone();
+        for (particle, station) in self.particles.iter().zip(&self.stations) {
+            let press = contact::press(particle, self.motion(station, u).moved, self.around);
+            for (seat, weight, arm) in &station.touches {
+                let seat = self.unknowns.seats[*seat];
+                let arms = *arm * *arm;
+                let stiffness = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
+                splines[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * stiffness;
+                springs[seat.unknown] += *weight * press.stiffness;
+            }
+        }
+        (splines, springs)
+    }
+
+    /// Ends the step at the displacements `u` \[m\], from where nodes would come `relaxed` further: the
+    /// particles one step on; books it in the frame's report.
+    pub(super) fn end(&self, u: &[DVec3], relaxed: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
         let mut moved = self.particles.to_vec();
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
         let increment = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY + motion.gradient);
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, increment(motion))).collect();
-        let shared = self.shared(&updates);
+        let shared = self.shared(&updates, 1.0);
         for (i, particle) in moved.iter_mut().enumerate() {
             let press = contact::press(particle, motions[i].moved, self.around);
+            let eased = self.motion(&self.stations[i], relaxed).moved;
+            let felt = contact::press(particle, motions[i].moved + eased, self.around);
             self.advance(particle, &motions[i], &updates[i], frame);
             particle.elastic_strain = law::dilated(particle.elastic_strain, shared[i].0);
-            press.settle(particle, self.around.domain.to_world(particle.position), self.around, frame);
+            press.settle(particle, self.around);
+            felt.book(self.around.domain.to_world(particle.position), self.around, frame);
+            frame.unbalanced_impulse += (press.force - felt.force) * self.around.plan.dt;
         }
         self.book(u, slope, frame);
         moved

@@ -1,18 +1,19 @@
 //! The slope against differences of the potential, the turn that strains nothing, the cycle's symmetry, and
 //! whole steps against what they must keep.
 
-use super::super::super::frame::{FramePlan, Integrator};
+use super::super::super::frame::{FramePlan, FrameReport, ToolReport};
+use super::super::super::integrator::Integrator;
 use super::super::super::material::ClayMaterial;
 use super::super::super::params::{Domain, Wall, Walls};
 use super::super::super::penalty::{NORMAL_STIFFNESS, area, reach};
-use super::super::super::snapshot::{self, Snapshot};
+use super::super::super::snapshot::{self, Snapshot, Tag};
 use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 use super::super::particle::Particle;
-use super::super::tools::{Moment, Surroundings};
+use super::super::tools::{Moment, MovingTool, Surroundings};
 use super::super::{Oracle, law};
 use super::multigrid::Multigrid;
 use super::residual::{System, dot};
-use super::{scatter_fields, with_system};
+use super::{scatter_fields, take_sides, with_system};
 use glam::{DMat3, DQuat, DVec3};
 
 const DX: f64 = 1e-3;
@@ -82,6 +83,29 @@ fn ball(dt: f64) -> ToolPath {
     ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, 6.4), sample(dt, 5.85)] }
 }
 
+/// A blade across x within the block, that ends in it and goes sideways.
+fn blade(dt: f64) -> ToolPath {
+    let shape = ToolShape::Blade { half_width: 2.5 * DX, half_height: DX };
+    let tool = Tool { shape, contact: Contact::Separate { friction: 0.0 } };
+    let sample = |time, x: f64| {
+        let pose = Pose { position: DVec3::new(x, 1.6, 4.0) * DX, rotation: DQuat::from_rotation_y(1.5) };
+        PoseSample { time, pose }
+    };
+    ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, 3.9), sample(dt, 4.2)] }
+}
+
+/// The gap \[m\] of a flat blade to a particle that comes to `at` \[m\], if it is before it.
+fn gap_to_blade(particle: &Particle, tool: &MovingTool<'_>, around: &Surroundings, at: DVec3) -> f64 {
+    let ToolShape::Blade { half_width, half_height } = tool.path.tool.shape else { return f64::INFINITY };
+    let (side, local) = (f64::from(particle.key().side(tool.path.sheet_id())), tool.motion.end.to_local(at));
+    if side == 0.0 || local.x.abs() > half_width || local.y.abs() > half_height {
+        return f64::INFINITY;
+    }
+    let before = side * tool.motion.start.to_local(around.domain.to_world(particle.position)).z;
+    let kept = particle.anchors[0].map(|(_, anchor)| side * anchor.z * DX);
+    side * local.z - kept.unwrap_or(before.min(reach(particle.rest_volume / DX.powi(3)) * DX))
+}
+
 /// The potential \[J\], by the book: inertia, elastic energy and what flow takes, frictionless contact.
 fn potential(system: &System<'_>, particles: &[Particle], around: &Surroundings, u: &[DVec3]) -> f64 {
     let (plan, dt) = (around.plan, around.plan.dt);
@@ -104,7 +128,11 @@ fn potential(system: &System<'_>, particles: &[Particle], around: &Surroundings,
         let at = around.domain.to_world(particle.position) + moved;
         let modulus = material.lame_lambda() + 2.0 * material.lame_mu();
         for tool in &around.tools {
-            let gap = tool.distance(at, Moment::End) - reach(volume) * DX;
+            let gap = if tool.is_solid() {
+                tool.distance(at, Moment::End) - reach(volume) * DX
+            } else {
+                gap_to_blade(particle, tool, around, at)
+            };
             sum += 0.5 * NORMAL_STIFFNESS * modulus * area(volume) * DX * gap.min(0.0).powi(2);
         }
     }
@@ -112,15 +140,19 @@ fn potential(system: &System<'_>, particles: &[Particle], around: &Surroundings,
 }
 
 /// The slope is that of the potential, to 1e-6 of itself, by central differences along random ways: clay
-/// that yields, hardens and flows, with volumes shared, under a ball, on walls that hold it.
+/// that yields, hardens and flows, with volumes shared, under a ball and about a blade, on walls that hold
+/// it.
 #[test]
 fn residual_is_the_slope_of_the_potential() {
-    for wall in [Wall::Slip, Wall::Stick] {
-        let (domain, dt) = (room(wall), 2e-3);
+    let dt = 2e-3;
+    for (wall, tool) in [(Wall::Slip, ball(dt)), (Wall::Stick, ball(dt)), (Wall::Stick, blade(dt))] {
+        let domain = room(wall);
         let mut plan = plan(clay(), dt);
-        plan.tools = vec![ball(dt)];
+        plan.tools = vec![tool];
         let mut particles = block(DVec3::new(2.0, 0.1, 2.0), 0.03);
         let around = Surroundings::new(&domain, &plan, 0.0);
+        let mut frame = FrameReport { tools: vec![ToolReport::default()], ..FrameReport::default() };
+        take_sides(&mut particles, &around, &mut frame);
         let grid = scatter_fields(&mut particles, &around);
         with_system(&particles, &grid, &around, |system, guess| {
             let mut random = Random(11);
@@ -177,7 +209,7 @@ fn cycle_is_symmetric_and_positive() {
     let around = Surroundings::new(&domain, &plan, 0.0);
     let grid = scatter_fields(&mut particles, &around);
     with_system(&particles, &grid, &around, |system, guess| {
-        let cycle = Multigrid::new(&system.finest(&grid.0, guess));
+        let cycle = Multigrid::new(system.finest(&grid.0, guess));
         assert!(cycle.level_count() > 1, "{}", cycle.level_count());
         let mut random = Random(3);
         for _ in 0..4 {
@@ -189,11 +221,51 @@ fn cycle_is_symmetric_and_positive() {
     });
 }
 
-fn run(particles: &[Particle], domain: Domain, plan: &FramePlan) -> (Oracle, super::super::super::frame::FrameReport) {
+fn run(particles: &[Particle], domain: Domain, plan: &FramePlan) -> (Oracle, FrameReport) {
     let particles: Vec<snapshot::Particle> = particles.iter().map(Particle::to_snapshot).collect();
     let mut oracle = Oracle::new(&Snapshot::new(domain, plan.material, particles));
     let report = oracle.run(plan);
     (oracle, report)
+}
+
+/// The sides of a cut come out of each other at once and without a change of momentum; what closed pairs hold
+/// is taken out of slopes and steps by projections that are each other's transpose, of cuts that cross too.
+#[test]
+fn pairs_bound_and_project() {
+    for is_crossed in [false, true] {
+        let (domain, plan) = (room(Wall::Slip), plan(clay(), 2e-3));
+        let mut particles = block(DVec3::new(2.0, 0.0, 2.0), 0.0);
+        for p in &mut particles {
+            let tag = |sheet, side: f64| Tag { sheet, side: if side < 0.0 { -1 } else { 1 } };
+            let across = if is_crossed { tag(2, p.position.x - 10.0 + 0.1 * p.position.z) } else { Tag::default() };
+            p.tags = [tag(1, p.position.y - 6.6), across];
+        }
+        let around = Surroundings::new(&domain, &plan, 0.0);
+        let grid = scatter_fields(&mut particles, &around);
+        with_system(&particles, &grid, &around, |system, guess| {
+            let (mut random, mut pairs) = (Random(5), system.pairs.clone());
+            let mut vector = || system.unknowns.masked(guess.iter().map(|_| random.vector()).collect());
+            let momentum = |u: &[DVec3]| u.iter().zip(&system.unknowns.all).map(|(u, at)| *u * at.mass * at.free).sum::<DVec3>();
+            let mass: f64 = system.unknowns.all.iter().map(|at| at.mass).sum();
+            let (mut u, slope, step) = (vector(), vector(), vector());
+            let (loose, before) = (u.clone(), momentum(&u));
+            pairs.begin(&mut u);
+            assert!((momentum(&u) - before).length() < 1e-14 * mass && distance(&u, &loose) > 0.5, "{before}");
+            let mut twice = u.clone();
+            pairs.close(&mut twice);
+            assert!(is_crossed || distance(&u, &twice) < 1e-14);
+            pairs.settle(&u, &slope);
+            let (of_slope, of_step) = (pairs.without_reactions(slope.clone()), pairs.along(step.clone()));
+            let products = [dot(&of_slope, &step), dot(&slope, &of_step), dot(&slope, &step)];
+            assert!((products[0] - products[1]).abs() < 1e-12 && (products[0] - products[2]).abs() > 0.1, "{products:?}");
+            assert!(is_crossed || distance(&pairs.along(of_step.clone()), &of_step) < 1e-14);
+        });
+    }
+}
+
+/// The greatest difference.
+fn distance(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
 /// In free flight momentum and angular momentum stay, to what nodes with too little clay to be unknowns and

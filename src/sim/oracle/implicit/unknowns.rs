@@ -11,6 +11,7 @@ use super::super::grid::Grid;
 use super::super::tools::Surroundings;
 use super::super::walls::Column;
 use glam::{DVec3, IVec3};
+use std::collections::BTreeMap;
 
 /// One unknown displacement.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,8 @@ pub(super) struct Unknown {
     pub(super) velocity: DVec3,
     /// Components to be found: 1, or 0 where a wall or too little mass settles them.
     pub(super) free: DVec3,
+    /// 1 where clay moves, however little it is, -1 where a wall holds it.
+    pub(super) live: DVec3,
 }
 
 /// How the clay of one class at one node moves.
@@ -51,6 +54,9 @@ pub(super) struct Unknowns {
     first_seat: Vec<usize>,
     /// The first unknown of each node, in the order of its fields; none of outer nodes.
     first_unknown: Vec<usize>,
+    /// The columns that walls folded: nodes from beyond the wall inwards, and what becomes of each component
+    /// in the image.
+    columns: Vec<([IVec3; 3], DVec3)>,
 }
 
 impl Unknowns {
@@ -69,10 +75,14 @@ impl Unknowns {
                 let is_active = field.sum.mass > ACTIVE_MASS * full;
                 let free = if is_active { link.image } else { DVec3::ZERO };
                 let key = key.unwrap_or(CutKey::UNTAGGED);
-                all.push(Unknown { node, key, mass: field.sum.mass, velocity: field.velocity, free });
+                let live = if field.sum.mass > 0.0 { 2.0 * link.image - 1.0 } else { DVec3::ZERO };
+                all.push(Unknown { node, key, mass: field.sum.mass, velocity: field.velocity, free, live });
             }
         }
-        let mut unknowns = Self { all, seats: vec![], first_seat: vec![], first_unknown };
+        let places: Vec<IVec3> = grid.coordinates().collect();
+        let column = |c: &Column| ([c.outer, c.wall, c.inner].map(|node| places[node]), c.image);
+        let columns = columns.iter().map(column).collect();
+        let mut unknowns = Self { all, seats: vec![], first_seat: vec![], first_unknown, columns };
         for (index, (node, at)) in grid.coordinates().zip(&grid.nodes).enumerate() {
             unknowns.first_seat.push(unknowns.seats.len());
             let gravity = around.gravity_step(node);
@@ -92,6 +102,44 @@ impl Unknowns {
         let field = grid.nodes[node].fields.iter().position(|f| f.beyond == beyond)?;
         let unknown = self.first_unknown[node] + field;
         (unknown < self.first_unknown.get(node + 1).copied().unwrap_or(self.all.len())).then_some(unknown)
+    }
+
+    /// The first unknown of the node of index `node`, in the order of its fields; of an outer one the next
+    /// node's.
+    pub(super) fn first_of(&self, node: usize) -> usize {
+        self.first_unknown[node]
+    }
+
+    /// What walls hold of nodes beyond them, where there is clay before: -1, or 0.
+    pub(super) fn outer(&self, grid: &Grid) -> Vec<((IVec3, CutKey), DVec3)> {
+        let mut held = vec![];
+        for ([outer, _, inner], image) in &self.columns {
+            let Some(node) = grid.index(*inner) else { continue };
+            let end = self.first_unknown.get(node + 1).copied().unwrap_or(self.all.len());
+            for unknown in self.all[self.first_unknown[node]..end].iter().filter(|unknown| unknown.mass > 0.0) {
+                held.push(((*outer, unknown.key), (*image - 1.0) * 0.5));
+            }
+        }
+        held
+    }
+
+    /// Brings what cells beyond walls have to their images.
+    pub(super) fn fold_cells(&self, cells: &mut BTreeMap<([i32; 3], CutKey), f64>) {
+        for axis in 0..3 {
+            for ([outer, wall, inner], _) in &self.columns {
+                let step = wall[axis] - outer[axis];
+                if step == 0 {
+                    continue;
+                }
+                let [from, to] = if step > 0 { [outer, wall] } else { [wall, inner] }.map(|node| node.to_array());
+                let keys: Vec<CutKey> =
+                    cells.range((from, CutKey::UNTAGGED)..).take_while(|c| c.0.0 == from).map(|c| c.0.1).collect();
+                for key in keys {
+                    let got = cells.remove(&(from, key)).unwrap_or_default();
+                    *cells.entry((to, key)).or_default() += got;
+                }
+            }
+        }
     }
 
     /// The seat of the class `key` at the node of index `node`.

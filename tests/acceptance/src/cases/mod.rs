@@ -10,6 +10,7 @@ pub mod edge;
 pub mod elastic;
 pub mod files;
 pub mod handout;
+pub mod implicit;
 pub mod inertia;
 pub mod input;
 pub mod law;
@@ -46,6 +47,8 @@ pub enum Suite {
     Contact,
     /// What must not break: step limits, energy, cuts, determinism, bad input.
     Stability,
+    /// The implicit step: against the explicit one, and what must not break it.
+    Implicit,
     /// The surface.
     Surface,
     /// Times, for a machine that has nothing else to do, and what frames read back from a device.
@@ -93,6 +96,10 @@ const fn contact_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Ve
 
 const fn stability(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Stability, name, run, quick_rows, is_native_only: false }
+}
+
+const fn implicit_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Implicit, name, run, quick_rows, is_native_only: true }
 }
 
 const fn speed(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
@@ -153,6 +160,17 @@ pub const CASES: &[Case] = &[
     stability("bad input", 7, input::bad),
     stability("random strains", 8, input::strains),
     Case { is_native_only: true, ..stability("as published", 4, published::published) },
+    implicit_case("implicit strip", 10, implicit::strips),
+    implicit_case("implicit ball", 10, implicit::balls),
+    implicit_case("implicit clays", 6, implicit::presets),
+    implicit_case("implicit hold", 2, implicit::held),
+    implicit_case("implicit unloading", 1, implicit::unloading),
+    implicit_case("implicit release", 2, implicit::released),
+    implicit_case("implicit own weight", 2, implicit::self_weight),
+    implicit_case("implicit toss", 4, implicit::tossed_block),
+    implicit_case("implicit mirror", 2, implicit::mirrored),
+    implicit_case("implicit sparse", 6, implicit::sparse),
+    implicit_case("implicit determinism", 1, implicit::determinism),
     surface_case("random fields", 6, surface::random_fields),
     surface_case("cuts", 5, surface::cuts),
     surface_case("meeting cuts", 5, surface::meeting_cuts),

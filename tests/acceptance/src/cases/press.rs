@@ -42,7 +42,7 @@ pub(super) fn jitter_below(particles: &mut [Particle], amount: f64, top: f64) {
 }
 
 /// A quarter of a block, and a ball of `radius` [cells] that comes down in its corner.
-fn quarter(radius: f64) -> (Snapshot, Mover) {
+pub(super) fn quarter(radius: f64) -> (Snapshot, Mover) {
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip, Wall::Separate, Wall::Slip] };
     let unit = radius / 4.0;
     let cells = |n: f64| (n * unit).round() as i32;

@@ -19,6 +19,8 @@ struct Outcome {
 fn carve(engine: &mut dyn Engine, built: &BuiltScene) -> Result<Outcome, Failed> {
     engine.load(&built.snapshot).map_err(|e| e.to_string())?;
     let mut planner = built.planner();
+    // Both engines in steps that both have.
+    planner.policy.integrator = IntegratorChoice::Explicit;
     let mut outcome = Outcome { snapshot: built.snapshot.clone(), impulses: vec![DVec3::ZERO; 3], tagged: 0, balance: 0.0 };
     for index in 0..built.frame_count() {
         let Decision::Run(plan) = built.next(index, &mut planner) else { return Err("the planner waits".into()) };

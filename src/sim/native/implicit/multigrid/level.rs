@@ -7,6 +7,7 @@ use super::super::vectors::{Block3, Vector, for_each};
 use super::elements::{self, Cells, Modes};
 use super::transfer::{self, Partial};
 use glam::IVec3;
+use std::collections::BTreeMap;
 
 /// What the finest level is made of. Vectors are folded.
 pub(in super::super) struct Finest<'a> {
@@ -17,15 +18,14 @@ pub(in super::super) struct Finest<'a> {
     pub(in super::super) diagonal: &'a [Block3],
     /// Inertia and contact.
     pub(in super::super) extra: &'a [Block3],
-    /// 1, or 0 where nothing is to be found: at linked nodes, at what walls hold, where there is too little
-    /// clay.
-    pub(in super::super) free: &'a [Block3],
+    /// 1 where clay moves, -1 where a wall holds it, 0 elsewhere.
+    pub(in super::super) live: &'a [Block3],
     /// Moduli, in the units of the other two.
     pub(in super::super) mu: f32,
     pub(in super::super) lambda: f32,
 }
 
-/// One level. What is free is where `inverse` is not 0.
+/// One level. Clay moves where `inverse` is not 0.
 #[derive(Debug, Default)]
 pub(super) struct Level {
     /// With the links from slot to slot alone.
@@ -35,8 +35,12 @@ pub(super) struct Level {
     modes: Modes,
     /// The elements' diagonal, which the three components share.
     own: Vec<[f32; 64]>,
+    /// A bit for each node with clay of the slot's own class in a cell about.
+    reached: Vec<u64>,
     /// What the diagonal has beyond that.
     pub(super) added: Vector,
+    /// 1 where clay moves, -1 where a wall holds it, 0 elsewhere.
+    pub(super) live: Vector,
     /// The smoother's weight over the diagonal.
     pub(super) inverse: Vector,
     /// Whether a slot has anything that is free, or that is tied.
@@ -71,25 +75,21 @@ impl Level {
         self.fill.clear();
         self.fill.extend_from_slice(finest.fill);
         self.set_cells(Modes::new(finest.mu, finest.lambda, 1.0));
+        self.live.clear();
+        self.live.extend_from_slice(finest.live);
         self.set_own((finest.lambda + 4.0 * finest.mu) / 9.0);
-        self.added.resize(self.layout.slots.len(), Block3::ZERO);
-        let own = &self.own;
-        for_each(&mut self.added, |slot, added| {
-            let (splines, extra) = (finest.diagonal[slot].flat(), finest.extra[slot].flat());
-            for (i, added) in added.flat_mut().iter_mut().enumerate() {
-                *added = (splines[i] - own[slot][i % 64]).max(0.0) + extra[i];
-            }
-        });
-        self.set_inverse(|slot| finest.free[slot], weight);
+        self.added.clear();
+        self.added.extend_from_slice(finest.extra);
+        self.mask_added();
+        self.set_inverse(Some(finest.diagonal), weight);
     }
 
-    /// The slots that `fine`'s are interpolated from, and what ties their nodes.
+    /// The slots that `fine`'s are interpolated from.
     pub(super) fn set_slots(&mut self, fine: &mut Self, index: &mut Index) {
         let slots = &mut self.layout.slots;
         slots.clear();
         for Place { block, key } in &fine.layout.slots {
-            let all = transfer::parents_of(*block).filter(|(e, ..)| *e == 0 || !key.is_untagged());
-            slots.extend(all.map(|(_, block, _)| Place { block, key: *key }));
+            slots.extend(transfer::parents_of(*block).map(|(_, block, _)| Place { block, key: *key }));
         }
         slots.sort_unstable_by_key(|place| (place.block.to_array(), place.key));
         slots.dedup();
@@ -108,30 +108,62 @@ impl Level {
             }
             fine.parents.push(parents);
         }
-        self.set_ties(fine, index);
     }
 
-    /// Ties nodes of classes that have no slot at their place on the level before to the untagged ones, and
-    /// others as those of the level before.
-    fn set_ties(&mut self, fine: &Self, index: &Index) {
-        let Layout { slots, links, .. } = &mut self.layout;
-        links.clear();
-        for (slot, place) in slots.iter().enumerate().filter(|(_, place)| !place.key.is_untagged()) {
-            let Some(untagged) = index.find(place.block, CutKey::UNTAGGED) else { continue };
-            let has_none = |node: &usize| {
-                let half = offset(*node) / 2;
-                self.children[slot][(13 + half.x * 9 + half.y * 3 + half.z) as usize] == 0
-            };
-            let tie = |node: usize| Link { from: (slot as u32, node as u8), to: (untagged, node as u8), image: [1.0; 3] };
-            links.extend((0..64).filter(has_none).map(tie));
-        }
+    /// Where clay moves on this level: where it moves at more of the nodes of the level before than walls
+    /// hold. Ties nodes as that at the same place is tied, and what no clay of their class reaches to the
+    /// untagged ones.
+    pub(super) fn set_live(&mut self, fine: &mut Self, index: &Index) {
+        const ALL: Block3 = Block3([[1.0; 64]; 3]);
+        self.live.resize(self.layout.slots.len(), Block3::ZERO);
+        let (children, live) = (&self.children, &fine.live);
+        for_each(&mut fine.partials, |slot, partial| transfer::restrict(&live[slot], &ALL, partial));
+        for_each(&mut self.live, |slot, live| transfer::collect(&children[slot], &fine.partials, live));
+        // They stay so in slots that are not used.
+        fine.partials.fill(Partial::ZERO);
+        self.take_ties(fine);
+        self.layout.fold(&mut self.live);
+        self.tie_alone(index);
+        for_each(&mut self.live, |_, live| {
+            live.flat_mut().iter_mut().for_each(|live| *live = if *live == 0.0 { 0.0 } else { live.signum() });
+        });
+    }
+
+    /// Ties nodes as clay at the same places is tied on the level before, to what is an unknown there.
+    fn take_ties(&mut self, fine: &Self) {
         let on_coarse = |(slot, node): (u32, u8)| {
             let at = fine.layout.slots[slot as usize].block.rem_euclid(IVec3::splat(2)) * 4 + offset(node.into());
             let parent = fine.parents[slot as usize][0];
             (at % 2 == IVec3::ZERO && parent > 0).then(|| (parent - 1, local(at.x / 2, at.y / 2, at.z / 2) as u8))
         };
-        let coarse = |link: &Link| Some(Link { from: on_coarse(link.from)?, to: on_coarse(link.to)?, image: link.image });
-        links.extend(fine.layout.links.iter().filter_map(coarse));
+        let tied: BTreeMap<(u32, u8), (u32, u8)> = fine.layout.links.iter().map(|link| (link.from, link.to)).collect();
+        let is_unknown = |(slot, node): &(u32, u8)| (0..3).any(|a| fine.live[*slot as usize].0[a][usize::from(*node)] != 0.0);
+        let is_reached = |(slot, node): (u32, u8)| fine.reached[slot as usize] >> node & 1 == 1;
+        let coarse = |link: &Link| {
+            let mut root = link.to;
+            while let Some(to) = tied.get(&root) {
+                root = *to;
+            }
+            Some(Link { from: on_coarse(link.from)?, to: on_coarse(Some(root).filter(is_unknown)?)?, image: link.image })
+        };
+        self.layout.links.clear();
+        self.layout.links.extend(fine.layout.links.iter().filter(|link| is_reached(link.from)).filter_map(coarse));
+    }
+
+    /// Ties nodes of classes that nothing of theirs reaches to what the untagged ones move with.
+    fn tie_alone(&mut self, index: &Index) {
+        let Layout { slots, links, .. } = &mut self.layout;
+        let tied: BTreeMap<(u32, u8), (u32, u8)> = links.iter().map(|link| (link.from, link.to)).collect();
+        for (slot, place) in slots.iter().enumerate().filter(|(_, place)| !place.key.is_untagged()) {
+            let Some(untagged) = index.find(place.block, CutKey::UNTAGGED) else { continue };
+            for node in (0..64).filter(|node| (0..3).all(|a| self.live[slot].0[a][*node] == 0.0)) {
+                let [from, untagged] = [slot as u32, untagged].map(|slot| (slot, node as u8));
+                let to = tied.get(&untagged).copied().unwrap_or(untagged);
+                if !tied.contains_key(&from) && to != from {
+                    links.push(Link { from, to, image: [1.0; 3] });
+                }
+            }
+        }
     }
 
     /// The operators on slots that are there already, of the level before with its extra diagonal in its
@@ -156,23 +188,11 @@ impl Level {
         let width = width as f32;
         self.set_cells(Modes::new(mu, lambda, width));
         self.set_own(width * (lambda + 4.0 * mu) / 9.0);
-        let free = |slot: usize| {
-            let mut free = Block3::ZERO;
-            for node in 0..64 {
-                let Some((child, at)) = child(slot, offset(node)) else { continue };
-                for a in 0..3 {
-                    free.0[a][node] = f32::from(fine.inverse[child].0[a][local(at.x, at.y, at.z)] > 0.0);
-                }
-            }
-            free
-        };
         self.added.resize(count, Block3::ZERO);
         for_each(&mut self.added, |slot, added| transfer::collect(&children[slot], &fine.partials, added));
         self.layout.fold(&mut self.added);
-        for_each(&mut self.added, |slot, added| {
-            added.flat_mut().iter_mut().zip(free(slot).flat()).for_each(|(added, free)| *added *= free);
-        });
-        self.set_inverse(free, weight);
+        self.mask_added();
+        self.set_inverse(None, weight);
         self.children = children;
     }
 
@@ -189,35 +209,56 @@ impl Level {
     }
 
     /// The elements' diagonal: `share` of the fill of the cells about.
+    /// Clay moves where there is any in a cell about.
     fn set_own(&mut self, share: f32) {
         self.own.resize(self.cells.len(), [0.0; 64]);
         let cells = &self.cells;
         for_each(&mut self.own, |slot, own| *own = cells[slot].about_nodes().map(|fill| share * fill));
+        let bits = |own: &[f32; 64]| (0..64).filter(|k| own[*k] > 0.0).fold(0, |bits, k| bits | 1 << k);
+        self.reached.clear();
+        self.reached.extend(self.own.iter().map(bits));
         for Link { from, to, .. } in &self.layout.links {
             let got = std::mem::take(&mut self.own[from.0 as usize][usize::from(from.1)]);
             self.own[to.0 as usize][usize::from(to.1)] += got;
         }
+        let own = &self.own;
+        for_each(&mut self.live, |slot, live| {
+            let empty = live.flat_mut().iter_mut().enumerate().filter(|(i, _)| own[slot][i % 64] == 0.0);
+            empty.for_each(|(_, live)| *live = live.min(0.0));
+        });
     }
 
-    /// The smoother, and room for vectors.
-    fn set_inverse(&mut self, free: impl Fn(usize) -> Block3 + Sync + Send, weight: f32) {
+    /// Leaves of the extra diagonal what is where clay moves.
+    fn mask_added(&mut self) {
+        let live = &self.live;
+        for_each(&mut self.added, |slot, added| {
+            added.flat_mut().iter_mut().zip(live[slot].flat()).for_each(|(added, live)| *added *= live.max(0.0));
+        });
+    }
+
+    /// The smoother, by the splines' diagonal where that is more than the elements', and room for vectors.
+    fn set_inverse(&mut self, splines: Option<&[Block3]>, weight: f32) {
         let count = self.layout.slots.len();
         self.inverse.resize(count, Block3::ZERO);
-        let (own, added) = (&self.own, &self.added);
+        let (own, added, live) = (&self.own, &self.added, &self.live);
         for_each(&mut self.inverse, |slot, inverse| {
-            let (free, added) = (free(slot), added[slot].flat());
+            let (live, added) = (live[slot].flat(), added[slot].flat());
             for (i, inverse) in inverse.flat_mut().iter_mut().enumerate() {
-                let diagonal = own[slot][i % 64] + added[i];
-                *inverse = if diagonal > 0.0 { weight * free.flat()[i] / diagonal } else { 0.0 };
+                let own = own[slot][i % 64];
+                let diagonal = splines.map_or(own, |splines| splines[slot].flat()[i].max(own)) + added[i];
+                *inverse = if live[i] > 0.0 { weight / diagonal } else { 0.0 };
             }
         });
         self.is_used.clear();
         self.is_used.extend(self.inverse.iter().map(|inverse| *inverse != Block3::ZERO));
         self.layout.links.iter().for_each(|tie| self.is_used[tie.from.0 as usize] = true);
         self.layout.links.iter().for_each(|tie| self.is_used[tie.to.0 as usize] = true);
-        for vector in [&mut self.z, &mut self.left, &mut self.residual] {
+        for vector in [&mut self.left, &mut self.residual] {
             vector.resize(count, Block3::ZERO);
         }
+        // It stays so in slots that are not used.
+        self.z.clear();
+        self.z.resize(count, Block3::ZERO);
         self.partials.clear();
         self.partials.resize(count, Partial::ZERO);
     }
@@ -231,6 +272,9 @@ impl Level {
     /// `z = w r / diagonal`.
     pub(super) fn smooth_from_zero(&mut self, residual: &[Block3]) {
         for_each(&mut self.z, |slot, z| {
+            if !self.is_used[slot] {
+                return;
+            }
             let (inverse, residual) = (self.inverse[slot].flat(), residual[slot].flat());
             z.flat_mut().iter_mut().enumerate().for_each(|(i, z)| *z = inverse[i] * residual[i]);
         });

@@ -35,7 +35,7 @@ struct Case {
     fill: Vec<[f32; 64]>,
     diagonal: Vector,
     extra: Vector,
-    free: Vector,
+    live: Vector,
     index: Index,
     /// Nodes of slots that are no unknowns, with those in their place; none for outer nodes of walls.
     followed: BTreeMap<Seat, Option<Seat>>,
@@ -124,7 +124,7 @@ impl Case {
     fn fill(&mut self, cells: &BTreeMap<([i32; 3], CutKey), f32>, wall: Option<i32>) {
         let count = self.layout.slots.len();
         self.fill = vec![[0.0; 64]; count];
-        for vector in [&mut self.diagonal, &mut self.extra, &mut self.free] {
+        for vector in [&mut self.diagonal, &mut self.extra, &mut self.live] {
             vector.resize(count, Block3::ZERO);
         }
         let mut reached = BTreeMap::new();
@@ -145,8 +145,14 @@ impl Case {
                 value(&mut self.diagonal, 8.0 * noise(node, 1 + a as u32));
                 value(&mut self.extra, noise(node, 4 + a as u32));
                 let is_held = noise(node, 7) < 0.05 || (a == 0 && Some(node.x) == wall);
-                value(&mut self.free, f32::from(!is_held));
+                value(&mut self.live, if is_held { -1.0 } else { 1.0 });
             }
+        }
+        let outer: Vec<Seat> = self.followed.iter().filter(|(_, to)| to.is_none()).map(|(from, _)| *from).collect();
+        for (slot, n) in outer {
+            // What the wall holds of the image of clay.
+            let inner = self.live[slot as usize].0[0][usize::from(n) + 2 * 16];
+            self.live[slot as usize].0[0][usize::from(n)] = -inner.abs();
         }
     }
 
@@ -166,8 +172,8 @@ impl Case {
     }
 
     fn finest(&self) -> Finest<'_> {
-        let Self { layout, fill, diagonal, extra, free, .. } = self;
-        Finest { layout, fill, diagonal, extra, free, mu: MU, lambda: LAMBDA }
+        let Self { layout, fill, diagonal, extra, live, .. } = self;
+        Finest { layout, fill, diagonal, extra, live, mu: MU, lambda: LAMBDA }
     }
 
     fn multigrid(&self) -> Multigrid {
@@ -178,7 +184,8 @@ impl Case {
 
     /// A vector of noise, 0 where nothing is free.
     fn vector(&self, purpose: u32) -> Vector {
-        let mut vector = self.free.clone();
+        let mut vector = self.live.clone();
+        vector.iter_mut().for_each(|of_slot| of_slot.flat_mut().iter_mut().for_each(|live| *live = live.max(0.0)));
         for ((slot, n), node, key) in self.seats() {
             for a in 0..3 {
                 let purpose = purpose + 3 * u32::from(key.side(3).unsigned_abs()) + a as u32;
@@ -200,8 +207,8 @@ impl Case {
         self.seats().into_iter().filter(is_some).collect()
     }
 
-    /// The oracle's cycle.
-    fn judged(&self, r: &[Block3]) -> Vec<(Seat, DVec3)> {
+    /// The oracle's cycle, and on how many levels.
+    fn judged(&self, r: &[Block3]) -> (Vec<(Seat, DVec3)>, usize) {
         let unknowns = self.unknowns();
         let of: BTreeMap<Seat, usize> = unknowns.iter().enumerate().map(|(i, unknown)| (unknown.0, i)).collect();
         let find = |node: IVec3, key: CutKey| of.get(&self.root(self.seat(node, key)?)?).copied();
@@ -216,9 +223,14 @@ impl Case {
                 fill.insert((node.to_array(), key), f64::from(full));
             }
         }
+        let at_wall = |(seat, ..): &(Seat, IVec3, CutKey)| self.followed.get(seat) == Some(&None);
+        let held = |seat: Seat| f64::from(self.live[seat.0 as usize].0[0][usize::from(seat.1)]);
+        let outer = self.seats().into_iter().filter(at_wall).map(|(seat, node, key)| ((node, key), DVec3::X * held(seat)));
+        let outer = outer.filter(|(_, held)| *held != DVec3::ZERO).collect();
         let finest = oracle::Finest {
             places: unknowns.iter().map(|(_, node, key)| (*node, *key)).collect(),
-            free: taken(&self.free),
+            live: taken(&self.live),
+            outer,
             find: Box::new(find),
             fill,
             diagonal: taken(&self.diagonal),
@@ -227,8 +239,9 @@ impl Case {
             lambda: LAMBDA.into(),
             cell_width: 1.0,
         };
-        let z = oracle::Multigrid::new(&finest).cycle(&taken(r));
-        unknowns.iter().map(|unknown| unknown.0).zip(z).collect()
+        let multigrid = oracle::Multigrid::new(finest);
+        let z = multigrid.cycle(&taken(r));
+        (unknowns.iter().map(|unknown| unknown.0).zip(z).collect(), multigrid.level_count())
     }
 }
 
@@ -255,25 +268,25 @@ fn lumps(cell: IVec3) -> f32 {
     f32::from(is_lump || is_crumb) * (0.1 + noise(cell, 24))
 }
 
-fn cases() -> [(&'static str, Case, usize); 8] {
+fn cases() -> [(&'static str, Case); 8] {
     [
-        ("a few cells", Case::new(4, ball(1.2), None, None), 1),
-        ("a ball", Case::new(12, ball(9.0), None, None), 3),
-        ("a ball at a wall", Case::new(12, ball(9.0), None, Some(-7)), 3),
-        ("a ball with a cut", Case::new(12, ball(9.0), Some(-1), None), 3),
-        ("a ball with a cut at a wall", Case::new(12, ball(9.0), Some(2), Some(5)), 3),
-        ("crumbs", Case::new(32, crumbs, None, None), 4),
-        ("lumps with a cut", Case::new(64, lumps, Some(4), None), 5),
-        ("crumbs with a cut", Case::new(32, crumbs, Some(5), Some(-11)), 4),
+        ("a few cells", Case::new(4, ball(1.2), None, None)),
+        ("a ball", Case::new(12, ball(9.0), None, None)),
+        ("a ball at a wall", Case::new(12, ball(9.0), None, Some(-7))),
+        ("a ball with a cut", Case::new(12, ball(9.0), Some(-1), None)),
+        ("a ball with a cut at a wall", Case::new(12, ball(9.0), Some(2), Some(5))),
+        ("crumbs", Case::new(32, crumbs, None, None)),
+        ("lumps with a cut", Case::new(64, lumps, Some(4), None)),
+        ("crumbs with a cut", Case::new(32, crumbs, Some(5), Some(-11))),
     ]
 }
 
 #[test]
 fn cycle_is_the_oracles() {
-    for (name, case, levels) in cases() {
+    for (name, case) in cases() {
         let r = case.vector(30);
-        assert_eq!(case.multigrid().count, levels, "{name}");
-        let (mut z, judged) = (case.cycle(&r), case.judged(&r));
+        let (mut z, (judged, levels)) = (case.cycle(&r), case.judged(&r));
+        assert!(case.multigrid().count == levels && (levels > 2 || name == "a few cells"), "{name}: {levels}");
         let greatest = judged.iter().map(|(_, z)| z.abs().max_element()).fold(0.0, f64::max);
         let mut error = 0f64;
         for ((slot, n), judged) in judged {
@@ -290,7 +303,7 @@ fn cycle_is_the_oracles() {
 /// `a . P b = b . P a`, and `a . P a > 0`: what L-BFGS takes it for.
 #[test]
 fn cycle_is_symmetric_and_positive() {
-    for (name, case, _) in cases() {
+    for (name, case) in cases() {
         let (a, b) = (case.vector(40), case.vector(50));
         let (pa, pb) = (case.cycle(&a), case.cycle(&b));
         let norm = vectors::dot(&a, &pa) * vectors::dot(&b, &pb);
@@ -303,8 +316,8 @@ fn cycle_is_symmetric_and_positive() {
 /// Neither threads nor what was there before change a bit.
 #[test]
 fn bits_are_the_same_on_any_threads_and_after_any_step() {
-    let (_, mut before, _) = cases().into_iter().next_back().expect("a case");
-    for (name, case, _) in cases() {
+    let (_, mut before) = cases().into_iter().next_back().expect("a case");
+    for (name, case) in cases() {
         let r = case.vector(30);
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -340,18 +353,20 @@ fn folding_is_the_transpose_of_expanding() {
     assert!((one - other).abs() < 1e-6 * vectors::dot(&a, &a), "{one}, {other}");
 }
 
-/// `(a + 2 b) / 2 - b - a / 2 = 0`, and `a . b` is the plain sum.
+/// `a + 2 b - a - 2 b = 0`, and `a . b` is the plain sum, as is that of what comes back for each slot.
 #[test]
-fn vectors_are_added_scaled_and_multiplied() {
+fn vectors_are_added_and_multiplied() {
     let case = Case::new(12, ball(9.0), None, None);
-    let (a, b, mut sum) = (case.vector(70), case.vector(80), vec![]);
-    sum.clone_from(&a);
-    vectors::axpy(&mut sum, 2.0, &b);
-    vectors::scale(&mut sum, 0.5);
-    let half = sum.clone();
-    vectors::axpy(&mut sum, -1.0, &b);
-    vectors::axpy(&mut sum, -0.5, &a);
-    assert!(half != a && vectors::dot(&sum, &sum) < 1e-12 * vectors::dot(&a, &a));
+    let (a, b) = (case.vector(70), case.vector(80));
+    let mut sum = a.clone();
+    let [norm] = vectors::sum_each(&mut sum, |slot, sum| {
+        sum.add(2.0, &b[slot]);
+        [vectors::dot_of(sum, sum)]
+    });
+    assert!(sum != a && norm == vectors::dot(&sum, &sum));
+    sum.iter_mut().zip(&a).for_each(|(sum, a)| sum.add(-1.0, a));
+    sum.iter_mut().zip(&b).for_each(|(sum, b)| sum.add(-2.0, b));
+    assert!(vectors::dot(&sum, &sum) < 1e-12 * vectors::dot(&a, &a));
     let products = a.iter().zip(&b).flat_map(|(a, b)| a.flat().iter().zip(b.flat()));
     let plain: f64 = products.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
     assert!((vectors::dot(&a, &b) - plain).abs() < 1e-12 * vectors::dot(&a, &a));

@@ -3,6 +3,7 @@
 //! A slot's nodes are interpolated from 3^3 coarse ones, from node 0 or 2 of its parent's along each axis on;
 //! the third of a slot in the upper half stands in the parent's neighbour.
 
+use super::super::super::super::implicit::COARSE_SCALE;
 use super::super::vectors::Block3;
 use glam::IVec3;
 
@@ -110,7 +111,7 @@ pub(super) fn interpolate(block: IVec3, parents: &[u32; 8], coarse: &[Block3], i
         for (x, plane) in spread(planes).iter().enumerate() {
             for (k, correction) in plane.iter().enumerate() {
                 let n = x * 16 + k;
-                values.0[a][n] += if inverse.0[a][n] > 0.0 { *correction } else { 0.0 };
+                values.0[a][n] += if inverse.0[a][n] > 0.0 { COARSE_SCALE as f32 * *correction } else { 0.0 };
             }
         }
     }

@@ -1,0 +1,272 @@
+//! What an evaluation gathers from and scatters to: four numbers a node, of which three are used. Particles
+//! go in [`Pairs`].
+
+use super::super::kernel::Tile;
+use super::super::simd::{F8, Node4, Pairs};
+use super::vectors::Block3;
+
+/// A slot's 64 nodes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Rows([Node4; 64]);
+
+/// The nodes -1 .. 5 about a block, in the order of [`Tile`].
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Tile4([Node4; Tile::LEN]);
+
+/// Nodes along an axis, and along z with the padding.
+const SIDE: usize = 7;
+const PADDED: usize = 8;
+
+/// The last index at which a stencil's first node can stand.
+const FIRST_MAX: usize = Tile::at(3, 3, 3);
+
+impl Rows {
+    pub(super) const ZERO: Self = Self([Node4([0.0; 4]); 64]);
+
+    /// The block's nodes one after the other.
+    pub(super) fn set(&mut self, from: &Block3) {
+        for (k, node) in self.0.iter_mut().enumerate() {
+            *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
+        }
+    }
+
+    /// The same back.
+    pub(super) fn copy_to(&self, block: &mut Block3) {
+        for (k, node) in self.0.iter().enumerate() {
+            for d in 0..3 {
+                block.0[d][k] = node.0[d];
+            }
+        }
+    }
+
+    /// Adds what a tile has of this block's nodes, that of the block at `about` (an index of
+    /// [`NEIGHBOURS`](super::super::state::NEIGHBOURS)).
+    #[inline]
+    pub(super) fn add(&mut self, about: usize, tile: &Tile4) {
+        match about / 9 {
+            0 => self.add_rows::<2>(about, tile, (0, 5)),
+            1 => self.add_rows::<4>(about, tile, (0, 1)),
+            _ => self.add_rows::<1>(about, tile, (3, 0)),
+        }
+    }
+
+    /// The same with rows of `N` nodes along z: the first of the block's, and where it stands in the tile.
+    #[inline(always)]
+    fn add_rows<const N: usize>(&mut self, about: usize, tile: &Tile4, z: (usize, usize)) {
+        // The block's nodes that the tile has, from `low` to `high`, and where they stand in it.
+        let range = |o: usize| [(0, 2, 5), (0, 4, 1), (3, 4, 0)][o];
+        let (x, y) = (range(about % 3), range(about / 3 % 3));
+        for i in x.0..x.1 {
+            for j in y.0..y.1 {
+                let to = self.0[(i * 4 + j) * 4 + z.0..].first_chunk_mut::<N>();
+                let from = tile.0[((i - x.0 + x.2) * SIDE + j - y.0 + y.2) * PADDED + z.1..].first_chunk::<N>();
+                let (Some(to), Some(from)) = (to, from) else { continue };
+                for k in 0..N {
+                    for d in 0..4 {
+                        to[k].0[d] += from[k].0[d];
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Tile4 {
+    pub(super) const ZERO: Self = Self([Node4([0.0; 4]); Tile::LEN]);
+
+    /// Takes the nodes of the blocks about one: slot + 1 of each, 0 if there is none.
+    pub(super) fn fill(&mut self, neighbours: &[u32; 27], of: &[Rows]) {
+        static NOTHING: Rows = Rows::ZERO;
+        let block = |x: usize, y: usize, z: usize| match neighbours[x + 3 * y + 9 * z] {
+            0 => &NOTHING.0,
+            slot => &of[slot as usize - 1].0,
+        };
+        // Which block along an axis, and which of its nodes; the first is the last of the block before.
+        let place = |node: usize| {
+            let at = node + 3;
+            (at / 4, at % 4)
+        };
+        for x in 0..SIDE {
+            for y in 0..SIDE {
+                let ((bx, i), (by, j)) = (place(x), place(y));
+                let from = (i * 4 + j) * 4;
+                let row = &mut self.0[(x * SIDE + y) * PADDED..][..PADDED];
+                row[0] = block(bx, by, 0)[from + 3];
+                row[1..5].copy_from_slice(&block(bx, by, 1)[from..from + 4]);
+                row[5..7].copy_from_slice(&block(bx, by, 2)[from..from + 2]);
+            }
+        }
+    }
+
+    /// The greatest length at a node.
+    pub(super) fn length_max(&self) -> f32 {
+        self.0.iter().map(|n| n.0[0] * n.0[0] + n.0[1] * n.0[1] + n.0[2] * n.0[2]).fold(0.0, f32::max).sqrt()
+    }
+
+    #[inline(always)]
+    fn node(&self, index: usize) -> &Node4 {
+        // SAFETY: `Stencils` holds first nodes up to `FIRST_MAX`, and the last of its 27 is 130 further.
+        unsafe { self.0.get_unchecked(index) }
+    }
+
+    #[inline(always)]
+    fn node_mut(&mut self, index: usize) -> &mut Node4 {
+        // SAFETY: as in `node`.
+        unsafe { self.0.get_unchecked_mut(index) }
+    }
+
+    /// Two nodes.
+    ///
+    /// # Safety
+    /// They are not the same, and in the tile.
+    #[inline(always)]
+    unsafe fn two_mut(&mut self, a: usize, b: usize) -> (&mut Node4, &mut Node4) {
+        debug_assert!(a != b && a.max(b) < Tile::LEN);
+        let nodes = self.0.as_mut_ptr();
+        // SAFETY: the caller's.
+        unsafe { (&mut *nodes.add(a), &mut *nodes.add(b)) }
+    }
+}
+
+/// Where eight particles stand on their nodes.
+pub(super) struct Stencils {
+    /// Along each axis, and times the way to the node.
+    weights: [[F8; 3]; 3],
+    moments: [[F8; 3]; 3],
+    /// Tile index of the first node.
+    first: [usize; 8],
+}
+
+impl Stencils {
+    /// Of particles at these positions relative to their first nodes, which have these indices in a tile.
+    #[inline(always)]
+    pub(super) fn of(positions: &[F8; 3], first: &[u32; 8]) -> Self {
+        let mut out = Self { weights: [[F8::ZERO; 3]; 3], moments: [[F8::ZERO; 3]; 3], first: [0; 8] };
+        for d in 0..3 {
+            let f = positions[d];
+            let (a, b, c) = (F8::splat(1.5) - f, f + -1.0, f + -0.5);
+            out.weights[d] = [0.5 * (a * a), F8::splat(0.75) - b * b, 0.5 * (c * c)];
+            for i in 0..3 {
+                out.moments[d][i] = out.weights[d][i] * (F8::splat(i as f32) - f);
+            }
+        }
+        for k in 0..8 {
+            out.first[k] = (first[k] as usize).min(FIRST_MAX);
+        }
+        out
+    }
+
+    /// The nodes' columns of moments at particles `K` and `K + 4`, and their mean where that is asked for.
+    #[inline(always)]
+    fn gather_pair<L: Pairs, const K: usize, const MEAN: bool>(&self, nodes: &Tile4) -> [L; 4] {
+        let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
+        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
+        let (low, high) = (self.first[K], self.first[K + 4]);
+        let zero = L::splat(0.0);
+        let (mut mean, mut cx, mut cy, mut cz) = (zero, zero, zero, zero);
+        for z in 0..3 {
+            let (mut h, mut hx, mut hy) = (zero, zero, zero);
+            for j in 0..3 {
+                let (mut g, mut gx) = (zero, zero);
+                for i in 0..3 {
+                    let at = (i * SIDE + j) * PADDED + z;
+                    let q = L::load_nodes(nodes.node(low + at), nodes.node(high + at));
+                    g = w(0, i).times_plus(q, g);
+                    gx = m(0, i).times_plus(q, gx);
+                }
+                h = w(1, j).times_plus(g, h);
+                hx = w(1, j).times_plus(gx, hx);
+                hy = m(1, j).times_plus(g, hy);
+            }
+            if MEAN {
+                mean = w(2, z).times_plus(h, mean);
+            }
+            cx = w(2, z).times_plus(hx, cx);
+            cy = w(2, z).times_plus(hy, cy);
+            cz = m(2, z).times_plus(h, cz);
+        }
+        [cx, cy, cz, mean]
+    }
+
+    /// The nodes' moments, column by column, and their mean where that is asked for.
+    #[inline(always)]
+    pub(super) fn gather<L: Pairs, const MEAN: bool>(&self, nodes: &Tile4) -> [[F8; 3]; 4] {
+        let p = self.gather_pair::<L, 0, MEAN>(nodes);
+        let q = self.gather_pair::<L, 1, MEAN>(nodes);
+        let r = self.gather_pair::<L, 2, MEAN>(nodes);
+        let s = self.gather_pair::<L, 3, MEAN>(nodes);
+        let mut out = [[F8::ZERO; 3]; 4];
+        for c in 0..if MEAN { 4 } else { 3 } {
+            out[c] = L::to_eight([p[c], q[c], r[c], s[c]]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn scatter_pair<L: Pairs, const K: usize>(&self, columns: [L; 3], out: &mut Tile4) {
+        if self.first[K] == self.first[K + 4] {
+            self.scatter_pair_to::<L, K, true>(columns, out);
+        } else {
+            self.scatter_pair_to::<L, K, false>(columns, out);
+        }
+    }
+
+    /// `SAME`: both stand on the same nodes.
+    #[inline(always)]
+    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz]: [L; 3], out: &mut Tile4) {
+        let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
+        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
+        let (low, high) = (self.first[K], self.first[K + 4]);
+        for i in 0..3 {
+            let (a, b, c) = (kx.times(m(0, i)), ky.times(w(0, i)), kz.times(w(0, i)));
+            for j in 0..3 {
+                let (p, r) = (b.times_plus(m(1, j), a.times(w(1, j))), c.times(w(1, j)));
+                for z in 0..3 {
+                    let at = (i * SIDE + j) * PADDED + z;
+                    if SAME {
+                        p.times_plus(w(2, z), r.times(m(2, z))).add_both(out.node_mut(low + at));
+                    } else {
+                        // SAFETY: as in `node`; their first nodes are not the same.
+                        let (to, other) = unsafe { out.two_mut(low + at, high + at) };
+                        let sum = r.times_plus(m(2, z), L::load_nodes(to, other));
+                        p.times_plus(w(2, z), sum).store_nodes(to, other);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds what the particles bring: of each node the columns times the way to it, by its weight.
+    #[inline(always)]
+    pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], out: &mut Tile4) {
+        let (x, y, z) = (L::from_eight(&columns[0]), L::from_eight(&columns[1]), L::from_eight(&columns[2]));
+        self.scatter_pair::<L, 0>([x[0], y[0], z[0]], out);
+        self.scatter_pair::<L, 1>([x[1], y[1], z[1]], out);
+        self.scatter_pair::<L, 2>([x[2], y[2], z[2]], out);
+        self.scatter_pair::<L, 3>([x[3], y[3], z[3]], out);
+    }
+
+    /// Calls `each` with particle `k`'s weight at a node and the node's index.
+    #[inline(always)]
+    fn of_one(&self, k: usize, mut each: impl FnMut(f32, usize)) {
+        for n in 0..27 {
+            let (x, y, z) = (n / 9, n / 3 % 3, n % 3);
+            let weight = self.weights[0][x].0[k] * self.weights[1][y].0[k] * self.weights[2][z].0[k];
+            each(weight, self.first[k] + (x * SIDE + y) * PADDED + z);
+        }
+    }
+
+    /// The nodes' mean at particle `k`.
+    pub(super) fn mean_at(&self, k: usize, nodes: &Tile4) -> [f32; 3] {
+        let mut mean = [0.0; 3];
+        self.of_one(k, |weight, at| (0..3).for_each(|d| mean[d] += weight * nodes.node(at).0[d]));
+        mean
+    }
+
+    /// Adds what particle `k` brings, as its weight.
+    pub(super) fn add_one(&self, k: usize, brought: [f32; 3], out: &mut Tile4) {
+        self.of_one(k, |weight, at| (0..3).for_each(|d| out.node_mut(at).0[d] += weight * brought[d]));
+    }
+}

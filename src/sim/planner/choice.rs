@@ -1,0 +1,181 @@
+//! Which integrator a frame is planned with.
+
+use super::super::frame::{FramePlan, FrameReport};
+use super::super::material::ClayMaterial;
+use super::implicit::REFINEMENT_MAX;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Speed of clay [cells/s] from which on it may count as in flight: slower is creep, or noise.
+const FLIGHT_SPEED: f64 = 1.0;
+/// Forces out of balance over those that clay bears [-] beyond which an implicit frame is poor: the next has
+/// more steps. A ball that was pressed in at once and held bears 4 % less than in explicit steps where frames
+/// beyond 0.4 are refined, and 34 % less where those beyond 1 are.
+pub const RESIDUAL_MAX: f64 = 0.4;
+/// The same below which it had steps enough for the next to have fewer.
+const RESIDUAL_MIN: f64 = 0.2;
+
+/// Which integrator frames are planned with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum IntegratorChoice {
+    /// Explicit steps: every engine knows them.
+    #[default]
+    Explicit,
+    /// Implicit ones under tools and where clay rests; explicit ones where no tool touches clay and some of
+    /// it hangs on nothing or has more energy in its motion than in its strain (implicit steps would have to
+    /// be short), where they are fewer than the passes of the implicit ones, and with blades, wires and
+    /// plates, whose force takes implicit steps many passes. Only the native engine knows both.
+    Auto,
+    /// Implicit ones, whatever clay does.
+    Implicit,
+}
+
+/// What the frames before say of the choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Course {
+    /// Whether clay flew in frames n and n - 1, by the parity of their ids.
+    flies: [bool; 2],
+    /// How many times as many steps as travel asks for these frames had, or would have had; 0 is once.
+    refinement: [u32; 2],
+    /// Whether the clay stood at their ends.
+    stands: [bool; 2],
+    /// Of the frame before: what would wake clay that stands.
+    given: Option<(ClayMaterial, DVec3)>,
+    /// The first frame that was given this.
+    since: u64,
+}
+
+impl Course {
+    /// Of clay of which nothing is known yet: it may be in flight.
+    pub(super) fn new() -> Self {
+        Self { flies: [true; 2], ..Self::default() }
+    }
+
+    /// Whether clay is in flight, as frame `slot` had it.
+    pub(super) fn flies(&self, slot: usize) -> bool {
+        self.flies[slot]
+    }
+
+    /// How many times as many steps as travel asks for the next frame of `slot` has.
+    pub(super) fn refinement(&self, slot: usize) -> u32 {
+        self.refinement[slot].max(1)
+    }
+
+    /// Whether frame `plan`, of `slot`, finds clay that stood two frames before, and what could wake it but
+    /// tools is as it was.
+    pub(super) fn may_rest(&mut self, slot: usize, plan: &FramePlan) -> bool {
+        let given = Some((plan.material, plan.gravity));
+        if self.given != given {
+            (self.given, self.since) = (given, plan.id);
+        }
+        self.stands[slot] && self.since + 2 <= plan.id
+    }
+
+    /// Takes what a report says.
+    pub(super) fn note(&mut self, slot: usize, report: &FrameReport, speed: f64) {
+        let is_touched = report.tools.iter().any(|t| t.contacts > 0);
+        let is_fast = speed > FLIGHT_SPEED && report.kinetic_ratio() > 1.0;
+        self.flies[slot] = !is_touched && (is_fast || report.has_loose_clay == Some(true));
+        self.stands[slot] = report.is_standing;
+        if report.passes > 0 {
+            let now = self.refinement(slot);
+            self.refinement[slot] = if report.residual > RESIDUAL_MAX || report.redone > 0 {
+                (2 * now).min(REFINEMENT_MAX)
+            } else if report.residual < RESIDUAL_MIN {
+                now / 2
+            } else {
+                now
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::frame::{Energies, ToolReport};
+    use super::super::super::integrator::Integrator;
+    use super::super::super::material::Preset;
+    use super::super::super::params::{Domain, Walls};
+    use super::super::super::snapshot::Snapshot;
+    use super::super::{Decision, Planner, Policy};
+    use super::*;
+
+    const FRAME: f64 = 1.0 / 60.0;
+
+    /// A planner of clay in cells of 2 mm.
+    fn planner(integrator: IntegratorChoice) -> Planner {
+        let domain = Domain::new(DVec3::ZERO, DVec3::ONE, 0.002, Walls::default()).expect("a room");
+        let mut planner = Planner::new(&Snapshot::new(domain, Preset::SoftClay.material(), vec![]));
+        planner.policy = Policy { integrator, ..Policy::default() };
+        planner
+    }
+
+    /// Plans a frame and reports it as `change` has it.
+    fn run(planner: &mut Planner, change: &dyn Fn(&mut FrameReport)) -> FramePlan {
+        let Decision::Run(plan) = planner.frame(&Preset::SoftClay.material(), FRAME, &[]) else { panic!("a frame is owed") };
+        planner.sent();
+        let is_implicit = matches!(plan.integrator, Integrator::Implicit { .. });
+        let mut report = FrameReport { steps: plan.steps, passes: 10 * u32::from(is_implicit), ..FrameReport::new(&plan) };
+        change(&mut report);
+        planner.note(&mut report);
+        plan
+    }
+
+    fn is_implicit(plan: &FramePlan) -> bool {
+        matches!(plan.integrator, Integrator::Implicit { .. })
+    }
+
+    /// Clay at 1 m/s, with more energy in its motion than in its strain.
+    fn flying(report: &mut FrameReport) {
+        report.speed_max = 500.0 * report.dt;
+        report.energies = Energies { kinetic: 1.0, elastic: 0.1 };
+    }
+
+    /// Clay that rests gets implicit steps, once that is known; what flies or hangs on nothing explicit ones,
+    /// two frames later, unless a tool touches it or the app wants it otherwise.
+    #[test]
+    fn flight_is_explicit() {
+        let mut auto = planner(IntegratorChoice::Auto);
+        assert!((0..2).all(|_| !is_implicit(&run(&mut auto, &|_| {}))));
+        assert!(is_implicit(&run(&mut auto, &flying)) && is_implicit(&run(&mut auto, &|_| {})));
+        assert!(!is_implicit(&run(&mut auto, &|_| {})) && is_implicit(&run(&mut auto, &|_| {})));
+        let hanging = |report: &mut FrameReport| report.has_loose_clay = Some(true);
+        assert!((0..2).all(|_| is_implicit(&run(&mut auto, &hanging))));
+        assert!((0..2).all(|_| !is_implicit(&run(&mut auto, &|_| {}))));
+        let touched = |report: &mut FrameReport| {
+            flying(report);
+            report.tools = vec![ToolReport { contacts: 1, ..ToolReport::default() }];
+        };
+        assert!((0..4).all(|_| is_implicit(&run(&mut auto, &touched))));
+        let mut implicit = planner(IntegratorChoice::Implicit);
+        assert!((0..4).all(|_| is_implicit(&run(&mut implicit, &flying))));
+        let mut explicit = planner(IntegratorChoice::Explicit);
+        assert!((0..4).all(|_| !is_implicit(&run(&mut explicit, &|_| {}))));
+    }
+
+    /// Where forces are left out of balance, the frame two later has more steps; fewer again where they are
+    /// not.
+    #[test]
+    fn poor_frames_are_refined() {
+        let mut planner = planner(IntegratorChoice::Implicit);
+        let residual = |residual| move |report: &mut FrameReport| report.residual = residual;
+        let poor: Vec<u32> = (0..8).map(|_| run(&mut planner, &residual(2.0 * RESIDUAL_MAX)).steps).collect();
+        assert_eq!(poor, [1, 1, 2, 2, 4, 4, 4, 4]);
+        let good: Vec<u32> = (0..8).map(|_| run(&mut planner, &residual(0.1 * RESIDUAL_MAX)).steps).collect();
+        assert_eq!(good, [4, 4, 2, 2, 1, 1, 1, 1]);
+    }
+
+    /// Clay that stood may rest two frames later, as long as gravity is what it was.
+    #[test]
+    fn standing_clay_may_rest() {
+        let mut planner = planner(IntegratorChoice::Auto);
+        let stands = |report: &mut FrameReport| report.is_standing = true;
+        let may: Vec<bool> = (0..4).map(|_| run(&mut planner, &stands).may_rest).collect();
+        assert_eq!(may, [false, false, true, true]);
+        planner.policy.gravity *= 0.5;
+        let may: Vec<bool> = (0..4).map(|_| run(&mut planner, &stands).may_rest).collect();
+        assert_eq!(may, [false, false, true, true]);
+        let may: Vec<bool> = (0..3).map(|_| run(&mut planner, &|_| {}).may_rest).collect();
+        assert_eq!(may, [true, true, false]);
+    }
+}

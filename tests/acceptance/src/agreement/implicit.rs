@@ -1,0 +1,98 @@
+//! Implicit steps: solid tools, blades, wires and plates, and the sides of cuts that press on each other.
+
+use super::{Agreement, CELL, SEPARATE, agreement, block, floor_walls, moving, plan, soft, velocities};
+use bevy_clay::prelude::*;
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec2, DVec3, IVec3};
+use std::f64::consts::PI;
+
+/// Two steps of eight passes, far from the least, so that every iteration counts.
+fn steps(snapshot: &Snapshot) -> FramePlan {
+    let integrator = Integrator::Implicit { passes: 8 };
+    FramePlan { dt: 1e-3, steps: 2, integrator, volume_averaging: 5e-4, ..plan(snapshot, 1.0, 1, vec![]) }
+}
+
+/// Clay that hardens and flows, moving unevenly.
+fn moved_block(size: IVec3, floor: Wall) -> Snapshot {
+    let material = ClayMaterial { hardening_modulus: 2e4, viscosity: 100.0, flow_index: 0.5, ..soft() };
+    let mut s = block(size, 0.0, floor_walls(floor), material);
+    velocities(&mut s, |at| 0.02 * DVec3::new((at.y / 3.0).sin(), (at.x / 4.0).cos() - 1.0, (at.x / 5.0).sin()));
+    s
+}
+
+fn held(name: String, snapshot: Snapshot, plan: FramePlan, tagged: u64) -> Agreement {
+    Agreement { position: 1e-5, strain: 1e-5, tagged, ..agreement(name, snapshot, plan) }
+}
+
+/// A ball with each contact, on each floor.
+pub fn implicit_steps() -> Vec<Agreement> {
+    let of = |floor: Wall, contact: Contact| {
+        let s = moved_block(IVec3::new(9, 8, 9), floor);
+        let mut p = steps(&s);
+        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.3, 11.1, 10.6);
+        let tool = Tool { shape: ToolShape::Sphere { radius: 3.0 * CELL }, contact };
+        p.tools = vec![moving(&s, &p, tool, from, from + DVec3::new(0.1, -0.4, 0.05), DQuat::IDENTITY)];
+        held(format!("implicit, {floor:?} floor, {contact:?}"), s, p, 0)
+    };
+    let floors = [Wall::Separate, Wall::Slip, Wall::Stick];
+    floors.into_iter().flat_map(|floor| Contact::ALL.map(|contact| of(floor, contact))).collect()
+}
+
+/// A blade that cuts down and one that sweeps, with each contact; a gouge, a wire and a thin plate.
+pub fn implicit_blades() -> Vec<Agreement> {
+    let flat = ToolShape::Blade { half_width: 4.1 * CELL, half_height: 3.4 * CELL };
+    let bend: Vec<DVec2> = (0..7).map(|i| DVec2::from_angle(PI + f64::from(i) * PI / 6.0) * 2.6 * CELL).collect();
+    let gouge = ToolShape::BentBlade { profile: Profile::new(&bend).expect("a profile"), half_height: 3.4 * CELL };
+    let wire = ToolShape::Wire { half_length: 7.3 * CELL };
+    let plate = ToolShape::Box { half_size: DVec3::new(3.0, 3.0, 0.5) * CELL };
+    let (down, sideways) = (DVec3::new(0.02, -0.4, 0.01), DVec3::new(0.3, 0.01, 0.1));
+    let flat = Contact::ALL.into_iter().flat_map(|contact| [(flat, contact, down, 0), (flat, contact, sideways, 0)]);
+    let others = [(gouge, SEPARATE, sideways, 0), (wire, SEPARATE, down, 0), (plate, SEPARATE, down, 243)];
+    let case = |(shape, contact, way, sheet): (ToolShape, Contact, DVec3, u8)| {
+        let s = moved_block(IVec3::new(9, 7, 8), Wall::Stick);
+        let mut p = steps(&s);
+        let height = if sheet == 0 { 6.07 } else { 9.1 };
+        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.6, height, 10.3);
+        let turn = DQuat::from_rotation_y(1.4) * DQuat::from_rotation_x(0.03);
+        p.tools = vec![ToolPath { sheet, ..moving(&s, &p, Tool { shape, contact }, from, from + way, turn) }];
+        held(format!("implicit, {shape:?}, {contact:?}, {way}"), s, p, 50)
+    };
+    flat.chain(others).map(case).collect()
+}
+
+/// A block that a kept cut divides, pressed from above, level and askew; slid along, parted, and cut twice.
+pub fn implicit_cuts() -> Vec<Agreement> {
+    let level = DVec3::new(0.1, 1.0, 0.05);
+    let case = |(name, normal, v, is_crossed): (&str, DVec3, DVec3, bool)| {
+        let mut s = block(IVec3::new(8, 7, 8), 0.0, floor_walls(Wall::Stick), soft());
+        let mut p = steps(&s);
+        let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.0, 3.6, 10.0);
+        for q in &mut s.particles {
+            let side = (q.grid() - middle).dot(normal.normalize());
+            let other = (q.grid() - middle).dot(DVec3::new(1.0, 0.1, -0.2).normalize());
+            q.velocity = (v * side.signum() * CELL / p.dt).as_vec3().to_array();
+            let tag = |sheet, side: f64| Tag { sheet, side: if side < 0.0 { -1 } else { 1 } };
+            if side.abs() < 3.0 {
+                q.tags[0] = tag(7, side);
+            }
+            if is_crossed && other.abs() < 2.0 {
+                q.tags[1] = tag(3, other);
+            }
+        }
+        let press = Tool { shape: ToolShape::Box { half_size: DVec3::new(9.0, 2.0, 9.0) * CELL }, contact: SEPARATE };
+        let from = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.0, 9.0, 10.0);
+        p.tools = vec![moving(&s, &p, press, from, from - DVec3::Y * 0.2, DQuat::IDENTITY)];
+        held(format!("implicit, {name}"), s, p, 0)
+    };
+    let still = DVec3::ZERO;
+    [
+        ("pressed", level, still, false),
+        ("pressed askew", DVec3::new(0.7, 1.0, 0.1), still, false),
+        ("closing", level, DVec3::new(0.0, -0.05, 0.0), false),
+        ("sliding", level, DVec3::new(0.05, -0.02, 0.01), false),
+        ("parting", level, DVec3::new(0.01, 0.05, 0.0), false),
+        ("crossed", level, DVec3::new(0.03, -0.03, 0.0), true),
+    ]
+    .map(case)
+    .into()
+}

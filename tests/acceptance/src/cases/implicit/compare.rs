@@ -1,0 +1,66 @@
+//! How far one run is from another.
+
+use super::stroke::{Pressed, Sample, Stroke, Way};
+use glam::DVec3;
+
+/// The explicit step at the clay's own density as the step goes to nothing: what runs are compared with.
+#[derive(Debug)]
+pub(super) struct Reference {
+    /// At the planner's step.
+    pub(super) coarse: Pressed,
+    /// At half of it.
+    fine: Pressed,
+}
+
+impl Reference {
+    /// Runs the stroke twice.
+    pub(super) fn new(stroke: &Stroke) -> Self {
+        let (coarse, fine) = rayon::join(|| stroke.press(Way::Explicit(1.0)), || stroke.press(Way::Explicit(0.5)));
+        Self { coarse, fine }
+    }
+
+    /// The force over a part of the way \[N\], of first order in the step.
+    fn force(&self, [from, to, _]: Sample) -> f64 {
+        2.0 * self.fine.mean(from, to) - self.coarse.mean(from, to)
+    }
+
+    /// Ways of the particles \[cells\].
+    fn ways(&self) -> Vec<DVec3> {
+        self.fine.ways.iter().zip(&self.coarse.ways).map(|(fine, coarse)| 2.0 * *fine - *coarse).collect()
+    }
+
+    /// Rms of the error of `forces` over the mean force [-], of the parts of the way in `range` \[cells\].
+    pub(super) fn force_error(&self, forces: &[Sample], range: [f64; 2]) -> f64 {
+        let is_in = |s: &&Sample| s[0] >= range[0] && s[1] <= range[1];
+        let pairs: Vec<[f64; 2]> = forces.iter().filter(is_in).map(|s| [s[2], self.force(*s)]).collect();
+        let mean = pairs.iter().map(|p| p[1]).sum::<f64>() / pairs.len() as f64;
+        (pairs.iter().map(|p| (p[0] - p[1]).powi(2)).sum::<f64>() / pairs.len() as f64).sqrt() / mean
+    }
+
+    /// Error of the particles' ways in L2, over their own [-].
+    pub(super) fn way_error(&self, ways: &[DVec3]) -> f64 {
+        distance(ways, &self.ways())
+    }
+
+    /// What the reference itself may be off by: force on the parts of the way of `forces`, and ways, as far
+    /// as half the planner's step is from none [-].
+    pub(super) fn uncertainty(&self, forces: &[Sample], range: [f64; 2]) -> [f64; 2] {
+        let seen: Vec<Sample> = forces.iter().map(|s| [s[0], s[1], self.fine.mean(s[0], s[1])]).collect();
+        [self.force_error(&seen, range), self.way_error(&self.fine.ways)]
+    }
+}
+
+/// Distance of `ways` from `reference` in L2, over the latter's norm [-].
+pub(super) fn distance(ways: &[DVec3], reference: &[DVec3]) -> f64 {
+    let norm = |of: &mut dyn Iterator<Item = DVec3>| of.map(DVec3::length_squared).sum::<f64>().sqrt();
+    norm(&mut ways.iter().zip(reference).map(|(a, b)| *a - *b)) / norm(&mut reference.iter().copied())
+}
+
+/// What of the force changes from sample to sample beside its trend over three of them, rms over the mean
+/// force [-], in `range` \[cells\].
+pub(super) fn jitter(forces: &[Sample], range: [f64; 2]) -> f64 {
+    let seen: Vec<f64> = forces.iter().filter(|s| s[0] >= range[0] && s[1] <= range[1]).map(|s| s[2]).collect();
+    let beside: Vec<f64> = seen.windows(4).map(|f| f[2] - f[1] - (f[3] - f[0]) / 3.0).collect();
+    let rms = (beside.iter().map(|b| b * b).sum::<f64>() / beside.len() as f64).sqrt();
+    rms * seen.len() as f64 / seen.iter().sum::<f64>()
+}

@@ -1,0 +1,19 @@
+//! The implicit step against the explicit one at the clay's own density, and what must not break it.
+//!
+//! | file      | what                                                        |
+//! |-----------|-------------------------------------------------------------|
+//! | `stroke`  | a tool pressed into clay, integrated in whichever way       |
+//! | `compare` | how far one run is from another                             |
+//! | `pressed` | strips and balls, in all clays: force, ways, volume, passes |
+//! | `rest`    | tools held and taken away, own weight, flight               |
+//! | `several` | mirrors, two tools, sheets, debris, determinism             |
+
+mod compare;
+mod pressed;
+mod rest;
+mod several;
+mod stroke;
+
+pub use pressed::{balls, presets, strips};
+pub use rest::{held, released, self_weight, tossed_block, unloading};
+pub use several::{determinism, mirrored, sparse};

@@ -1,0 +1,261 @@
+//! A strip or a ball that is pressed into clay, by the explicit step or the implicit one.
+//!
+//! A cell stands for 1 mm and a frame for 1/90 s: tools have the speeds that they have in clay of such cells,
+//! and with them its inertia number `rho V^2 / k`; a frame lasts as long as the tool takes for its way.
+
+use super::super::press::quarter;
+use crate::lab::{DX, Lab, Mover, at_walls, block, place, room_with, snapshot};
+use bevy_clay::sim::planner::{STEP_FRACTION, TOOL_TRAVEL_MAX, VOLUME_AVERAGING};
+use bevy_clay::sim::prelude::*;
+use glam::{DQuat, DVec3, IVec3};
+
+/// Cell width that the cases stand for \[m\].
+const CELL: f64 = 1e-3;
+/// Length of a frame of such cells \[s\].
+const FRAME: f64 = 1.0 / 90.0;
+/// Gap between tool and clay at first \[cells\]: of [`quarter`] too.
+const GAP: f64 = 0.05;
+/// Parts of the way \[cells\] for which the implicit step's force is taken: those of a frame at 20 mm/s.
+pub(super) const SAMPLE: f64 = 0.02 * FRAME / CELL;
+
+/// Travel of a tool in a frame \[cells\] at `speed` [m/s].
+pub(super) fn frame_travel(speed: f64) -> f64 {
+    speed * FRAME / CELL
+}
+
+/// Clay in whose cells rates bear as those of `material` do in cells of 1 mm.
+pub(super) fn of_small_cells(material: ClayMaterial) -> ClayMaterial {
+    ClayMaterial { viscosity: material.viscosity * (DX / CELL).powf(material.flow_index), ..material }
+}
+
+/// How fine the implicit step is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pace {
+    /// Travel of the fastest tool in a step \[cells\], at most.
+    pub(super) travel: f64,
+    /// Passes in a step.
+    pub(super) passes: u32,
+}
+
+impl Pace {
+    /// Sets up a frame of `duration` \[s\] in which the fastest tool travels by `travel` \[cells\]; its steps.
+    pub(super) fn plan(self, lab: &mut Lab, travel: f64, duration: f64) -> u32 {
+        // A whole number of steps but for rounding is that number.
+        let steps = (travel / self.travel - 1e-6).ceil().max(1.0);
+        lab.plan.integrator = Integrator::Implicit { passes: self.passes };
+        lab.plan.dt = duration / steps;
+        steps as u32
+    }
+}
+
+/// How a run is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Way {
+    /// Explicitly at the clay's own density, by this part of the planner's step.
+    Explicit(f64),
+    /// Implicitly.
+    Implicit(Pace),
+}
+
+/// What is pressed in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// Half of a strip of this width \[cells\], in plane strain.
+    Strip(i32),
+    /// A quarter of a ball of this radius \[cells\].
+    Ball(f64),
+}
+
+/// A tool that goes straight into clay.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stroke {
+    /// What goes in.
+    pub(super) shape: Shape,
+    /// How it acts.
+    pub(super) contact: Contact,
+    /// The clay.
+    pub(super) material: ClayMaterial,
+    /// Speed of the tool [m/s].
+    pub(super) speed: f64,
+    /// How deep it goes, to the next whole sample above \[cells\].
+    pub(super) depth: f64,
+}
+
+/// A mean force \[N\] over a part of the way: `[from, to, force]`, depths in cells.
+pub(super) type Sample = [f64; 3];
+
+/// What came of a stroke.
+#[derive(Clone, Debug)]
+pub(super) struct Pressed {
+    /// The force, in order of depth. What an implicit step bears it bears at its end: its part of the way is
+    /// the one with that in its middle.
+    pub(super) forces: Vec<Sample>,
+    /// Ways of the particles \[cells\].
+    pub(super) ways: Vec<DVec3>,
+    /// Passes over the particles in a frame.
+    pub(super) passes: f64,
+    /// Wall time of a frame \[ms\].
+    pub(super) time: f64,
+    /// Greatest change of the clay's volume [-].
+    pub(super) swelling: f64,
+    /// Whether every frame was sound, and run as planned.
+    pub(super) is_sound: bool,
+}
+
+impl Stroke {
+    /// The clay, and the tool above it.
+    fn scene(&self) -> (Snapshot, Mover) {
+        let (clay, mover) = match self.shape {
+            Shape::Strip(width) => strip(width),
+            Shape::Ball(radius) => quarter(radius),
+        };
+        let tool = Tool { contact: self.contact, ..mover.tool };
+        (Snapshot { material: self.material, ..clay }, Mover { tool, velocity: DVec3::NEG_Y * self.speed, ..mover })
+    }
+
+    /// The stroke before its start.
+    pub(super) fn begin(&self) -> Run {
+        let (clay, mover) = self.scene();
+        let mut lab = Lab::with_threads(&clay, 1.0, 1);
+        lab.plan.volume_averaging = VOLUME_AVERAGING;
+        Run { stroke: *self, clay, lab, mover, depth: -GAP, pressed: Pressed::empty() }
+    }
+
+    /// Runs the stroke.
+    pub(super) fn press(&self, way: Way) -> Pressed {
+        let mut run = self.begin();
+        run.go(way);
+        run.pressed.ways = ways(&run.clay, &run.lab);
+        let frames = (run.depth + GAP) / frame_travel(self.speed);
+        run.pressed.passes /= frames;
+        run.pressed.time /= frames;
+        if let Way::Explicit(_) = way {
+            // What is looked for beyond the end is known too.
+            run.on(way, 2);
+        }
+        run.pressed
+    }
+
+    /// Plans the next part of the way: its steps, and by how much the middle of what their forces are of is
+    /// behind its own \[cells\].
+    fn plan(&self, way: Way, lab: &mut Lab, travel: f64) -> (u32, f64) {
+        let duration = travel * DX / self.speed;
+        match way {
+            Way::Explicit(part) => (self.substeps(lab, duration, part), 0.0),
+            Way::Implicit(pace) => {
+                let steps = pace.plan(lab, travel, duration);
+                (steps, 0.5 * travel / f64::from(steps))
+            }
+        }
+    }
+
+    fn substeps(&self, lab: &mut Lab, duration: f64, part: f64) -> u32 {
+        let limit = self.material.time_step_limit(DX, self.material.density);
+        let dt = (STEP_FRACTION * limit).min(TOOL_TRAVEL_MAX * DX / self.speed);
+        let steps = (duration / (part * dt)).ceil();
+        lab.plan.integrator = Integrator::default();
+        lab.plan.dt = duration / steps;
+        steps as u32
+    }
+}
+
+/// Half a strip of `width` \[cells\] above a block in plane strain, on a floor that it sticks to.
+fn strip(width: i32) -> (Snapshot, Mover) {
+    const SLAB: i32 = 4;
+    let size = IVec3::new(5 * width / 2, 2 * width, SLAB);
+    let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
+    let domain = room_with([size.x, size.y + 4, size.z], walls);
+    let mut particles = block(DVec3::ZERO, size);
+    at_walls(&domain, &mut particles);
+    let shape = ToolShape::Box { half_size: DVec3::new(0.5 * f64::from(width), 2.0, f64::from(SLAB)) };
+    let at = DVec3::new(0.0, f64::from(size.y) + 2.0 + GAP, 0.5 * f64::from(SLAB));
+    let mover = Mover::new(&domain, shape, Contact::default(), at, DQuat::IDENTITY);
+    (snapshot(domain, Preset::SoftClay.material(), particles), mover)
+}
+
+/// How far the particles have gone since `start` \[cells\], by their ids.
+pub(super) fn ways(start: &Snapshot, lab: &Lab) -> Vec<DVec3> {
+    let mut before: Vec<&Particle> = start.particles.iter().collect();
+    before.sort_by_key(|p| p.id);
+    lab.particles().iter().zip(before).map(|(now, before)| place(now) - place(before)).collect()
+}
+
+/// A stroke under way.
+pub(super) struct Run {
+    stroke: Stroke,
+    /// The clay at first.
+    pub(super) clay: Snapshot,
+    /// The clay now.
+    pub(super) lab: Lab,
+    mover: Mover,
+    /// Depth of the tool \[cells\].
+    depth: f64,
+    /// What came of it so far; passes and time of all of it.
+    pub(super) pressed: Pressed,
+}
+
+impl Run {
+    /// Goes to the end of the stroke.
+    pub(super) fn go(&mut self, way: Way) {
+        let samples = ((self.stroke.depth - self.depth).abs() / SAMPLE - 1e-6).ceil();
+        self.on(way, (samples * (SAMPLE / travel(way)).round()) as u32);
+    }
+
+    /// From here on the tool goes back by `travel` \[cells\] at `speed` [m/s].
+    pub(super) fn turn(&mut self, speed: f64, travel: f64) {
+        self.stroke = Stroke { speed, depth: self.depth - travel, ..self.stroke };
+        self.mover.velocity = DVec3::Y * speed;
+    }
+
+    /// Goes on by so many parts of the way.
+    fn on(&mut self, way: Way, parts: u32) {
+        let travel = travel(way);
+        let volume: f64 = self.clay.particles.iter().map(|p| f64::from(p.rest_volume)).sum();
+        let sign = if self.stroke.depth < self.depth { -1.0 } else { 1.0 };
+        for _ in 0..parts {
+            let (steps, lag) = self.stroke.plan(way, &mut self.lab, travel);
+            let report = self.lab.frame_moving(steps, &mut self.mover);
+            let [from, to] = [lag, lag + travel].map(|way| self.depth + sign * way);
+            self.pressed.forces.push([from.min(to), from.max(to), report.tools[0].force.y]);
+            self.pressed.note(&report, volume);
+            self.depth += sign * travel;
+        }
+    }
+
+    /// Force \[N\] on the tool while it is held for a frame.
+    pub(super) fn hold(&mut self, pace: Pace) -> f64 {
+        self.mover.velocity = DVec3::ZERO;
+        let steps = pace.plan(&mut self.lab, 0.0, FRAME * DX / CELL);
+        self.lab.frame_moving(steps, &mut self.mover).tools[0].force.y
+    }
+}
+
+/// Parts of the way for which a force is taken \[cells\]: of the explicit step finer ones, for means over any.
+fn travel(way: Way) -> f64 {
+    if let Way::Implicit(_) = way { SAMPLE } else { 0.25 * SAMPLE }
+}
+
+impl Pressed {
+    /// Of no way at all.
+    pub(super) fn empty() -> Self {
+        Self { forces: vec![], ways: vec![], passes: 0.0, time: 0.0, swelling: 0.0, is_sound: true }
+    }
+
+    fn note(&mut self, report: &FrameReport, volume: f64) {
+        self.passes += f64::from(if report.passes > 0 { report.passes } else { report.steps });
+        self.time += 1e3 * report.timings.total;
+        self.swelling = self.swelling.max((report.volume / volume - 1.0).abs());
+        self.is_sound &= report.health.is_ok() && report.redone == 0 && report.clamped == 0;
+    }
+
+    /// Mean force \[N\] over a part of the way \[cells\]; NaN where it is not known of all of it.
+    pub(super) fn mean(&self, from: f64, to: f64) -> f64 {
+        let (mut way, mut sum) = (0.0, 0.0);
+        for [start, end, force] in &self.forces {
+            let shared = (to.min(*end) - from.max(*start)).max(0.0);
+            way += shared;
+            sum += shared * force;
+        }
+        if way > 0.999 * (to - from) { sum / way } else { f64::NAN }
+    }
+}
