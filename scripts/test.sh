@@ -169,6 +169,8 @@ package() {
 }
 
 section "tools" bash scripts/install.sh --window --test --all-of-bevy rustfmt clippy
+# All of them, for whatever platform: a check reads the whole tree.
+section "crates" cargo fetch --quiet --locked
 section "format" cargo fmt --check
 section "scripts" check_scripts
 section "lints without Bevy" cargo clippy --quiet --no-default-features --all-targets -- -D warnings

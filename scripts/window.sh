@@ -16,34 +16,39 @@ cargo build --quiet -p bevy_clay --features "demo inspector" --example sculpt
 sculpt=${CARGO_TARGET_DIR:-target}/debug/examples/sculpt
 open_display
 
-# A loaded machine draws a frame in seconds and would not see a hand that does not wait for it: all pauses are `pace` times as long.
-pace=1
-pause() { sleep "$(awk "BEGIN { print $1 * $pace }")"; }
-# move X Y: where a slow machine has seen the pointer before the next event.
-move() { xdotool mousemove "$1" "$2" && pause 0.3; }
-# drag X1 Y1 X2 Y2: with the left button, in steps, as a hand does.
+# seen: until the app has ended a frame with all that was sent so far. A loaded machine draws a frame in seconds, and takes what comes meanwhile as one:
+# a button let go and the next place of the pointer would be a longer drag.
+marks=0
+seen() {
+    marks=$((marks + 1))
+    xdotool key F12
+    await "mark $marks\$" >/dev/null
+}
+move() { xdotool mousemove "$1" "$2" && seen; }
+# drag X1 Y1 X2 Y2 [SECONDS]: with the left button, in steps, as a hand does, and held so long at the end.
 drag() {
     move "$1" "$2"
     xdotool mousedown 1
     local i
     for i in $(seq 1 24); do
-        xdotool mousemove $(($1 + ($3 - $1) * i / 24)) $(($2 + ($4 - $2) * i / 24))
-        pause 0.12
+        move $(($1 + ($3 - $1) * i / 24)) $(($2 + ($4 - $2) * i / 24))
+        # No faster than a hand: a knife that is torn through throws the clay apart.
+        sleep 0.12
     done
-    pause "${5:-0.5}"
+    sleep "${5:-0.5}"
     xdotool mouseup 1
-    pause 0.3
+    seen
 }
 # press NUMBER X Y: stroke NUMBER, held until the tool is as deep as it goes.
 press() {
     move "$2" "$3"
     xdotool mousedown 1
     await "stroke $1 is as deep as it goes" >/dev/null
-    pause 0.5
+    sleep 0.5
     xdotool mouseup 1
-    pause 0.3
+    seen
 }
-picture() { pause 1 && import -window root -depth 8 "$out/$1.png"; }
+picture() { seen && sleep 1 && import -window root -depth 8 "$out/$1.png"; }
 # number_in LINE NAME: the number after NAME.
 number_in() { sed -E "s/.*$2 ([0-9.]+).*/\1/" <<<"$1"; }
 is_more() { awk "BEGIN { exit !($1 > $2) }"; }
@@ -62,9 +67,6 @@ move 640 690
 picture 2_dent
 is_more "$(number_in "$stroke" dent)" 0.5 || fail "the press left no dent"
 soft=$(number_in "$stroke" "up to")
-# 300 ms is what two idle cores take.
-pace=$(awk "BEGIN { p = $(number_in "$stroke" "answered in") / 300; print p < 1 ? 1 : (p > 8 ? 8 : p) }")
-
 # The yield stress to about 60 kPa, and the same press beside the first.
 drag 154 78 196 78
 press 2 760 300
@@ -79,8 +81,9 @@ await "taken back"
 drag 196 78 154 78
 move 640 690
 xdotool key 5
-pause 0.5
-drag 690 130 560 690 4
+seen
+# In slow motion the clay has the knife long after the hand.
+drag 690 130 560 690 8
 stroke=$(await "stroke 3 knife")
 echo "$stroke"
 move 640 720

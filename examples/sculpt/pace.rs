@@ -1,9 +1,10 @@
 //! How fast the clay's time goes: as fast as the app's where the engine keeps up, else so slow that each
 //! frame ends soon, and not at all at rest.
 //!
-//! On a slow machine a second of clay takes many seconds; planned at full speed, two long frames would be
-//! under way whenever a tool is pressed, and the answer would wait for them. Slowed, each frame of the window
-//! has a short frame of clay to itself.
+//! In explicit steps a second of clay takes many seconds of a slow machine; planned at full speed, two long
+//! frames would be under way whenever a tool is pressed, and the answer would wait for them. Slowed, each
+//! frame of the window has a short frame of clay to itself. Implicit steps take as long whatever time they
+//! cover: the planner's frames are short enough by themselves.
 
 use crate::stroke::{Stroke, work};
 use bevy::prelude::*;
@@ -35,8 +36,10 @@ impl Plugin for PacePlugin {
 /// The clock's state.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct Pace {
-    /// Wall time per simulated time, smoothed; none until a frame has ended.
+    /// Wall time per simulated time of explicit frames, smoothed; none until one has ended.
     cost: Option<f64>,
+    /// Whether the last frame was in explicit steps.
+    is_explicit: bool,
     /// Wall time of the window's frames, smoothed \[s\].
     frame: f64,
     /// Slows the clock while frames pile up, whatever the engine says they cost, by as many halvings.
@@ -65,7 +68,8 @@ fn keep(
     }
     for ClayReport { report, .. } in reports.read() {
         let duration = report.dt * f64::from(report.steps);
-        if duration > 0.0 && report.timings.total > 0.0 {
+        pace.is_explicit = report.passes == 0 && !report.is_resting();
+        if pace.is_explicit && duration > 0.0 && report.timings.total > 0.0 {
             let cost = report.timings.total / duration;
             let old = pace.cost.unwrap_or(cost);
             pace.cost = Some(old * (cost / old).powf(SMOOTH));
@@ -76,7 +80,8 @@ fn keep(
     let is_piling_up = engine.iter().any(|e| e.pending() >= PENDING_MAX);
     pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
     let share = SHARE.min(FRAME_MAX / pace.frame.max(1e-3));
-    let speed = pace.cost.map_or(0.03, |cost| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0));
+    let slowed = |cost: f64| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0);
+    let speed = if pace.is_explicit { pace.cost.map_or(0.03, slowed) } else { 1.0 };
     pace.is_at_rest = pace.still >= REST_FRAMES;
     // Clay at rest stands: what it would do takes time from what it is asked for next.
     let wanted = if pace.is_at_rest { 0.0 } else { speed };

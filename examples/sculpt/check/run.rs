@@ -3,11 +3,15 @@
 use super::strokes::Strokes;
 use super::{CheckArgs, say};
 use crate::say as lines;
+use bevy::input::common_conditions::input_just_pressed;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::window::RequestRedraw;
 use bevy_clay::prelude::*;
 use std::time::Instant;
+
+/// The key with which whoever sends events waits until the app has seen them.
+const MARK: KeyCode = KeyCode::F12;
 
 /// Least dent that a stroke of the script leaves \[mm\].
 const DENT_MIN: f32 = 0.5;
@@ -17,7 +21,8 @@ pub(super) struct RunPlugin;
 
 impl Plugin for RunPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(Run { began: Instant::now(), frames: 0, surfaces: 0, held_ms: 0.0, is_closing: false })
+        app.insert_resource(Run { began: Instant::now(), frames: 0, surfaces: 0, marks: 0, held_ms: 0.0, is_closing: false })
+            .add_systems(Last, mark.run_if(input_just_pressed(MARK)))
             .add_systems(Update, (count, (keep_drawing, end).run_if(ends)).chain().after(ClaySystems::Show))
             .add_systems(Last, conclude.run_if(on_message::<AppExit>));
     }
@@ -29,6 +34,8 @@ struct Run {
     began: Instant,
     frames: u64,
     surfaces: u64,
+    /// How often [`MARK`] was pressed.
+    marks: u64,
     /// Longest time that the clay held the main thread \[ms\].
     held_ms: f64,
     is_closing: bool,
@@ -48,6 +55,13 @@ fn count(shown: Query<(), Changed<ClaySurface>>, metrics: Single<&ClayMetrics>, 
             say("the clay is shown");
         }
     }
+}
+
+/// Says when a frame has ended that has seen [`MARK`]: events before it have been seen too, and those that
+/// come after are seen in another frame.
+fn mark(mut run: ResMut<Run>) {
+    run.marks += 1;
+    say(&format!("mark {}", run.marks));
 }
 
 /// Frames are counted though nothing moves.

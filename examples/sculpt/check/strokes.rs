@@ -17,7 +17,8 @@ use std::time::Instant;
 
 /// What the surface has to move for an answer \[m\].
 const ANSWER: f32 = 3e-5;
-/// How long clay may settle before a stroke is measured, in its own time \[s\]; clay at rest has settled.
+/// How long clay may settle before a stroke is measured, in its own time \[s\]; clay at rest has settled. After
+/// a cut, which is there when the knife is through, a fifth of it.
 const SETTLING: f64 = 0.05;
 /// How near its target \[m\] a tool has arrived.
 const ARRIVED: f32 = 1e-6;
@@ -172,7 +173,8 @@ fn feel(mut reports: MessageReader<ClayReport>, mut strokes: ResMut<Strokes>) {
 fn settle(clay: Query<(&ClaySurface, &ClayEngine, &ClayMetrics)>, pace: Res<Pace>, mut strokes: ResMut<Strokes>) {
     let Strokes { under_way, settling, counting, .. } = &mut *strokes;
     let (Some(waiting), Ok((surface, engine, metrics))) = (settling.as_mut(), clay.single()) else { return };
-    if pace.is_at_rest || metrics.time > waiting.since + SETTLING {
+    let time = if waiting.seen.kind == ToolKind::Knife { 0.2 * SETTLING } else { SETTLING };
+    if pace.is_at_rest || metrics.time > waiting.since + time {
         waiting.settled.get_or_insert_with(|| engine.revision());
     }
     let is_shown = waiting.settled.is_some_and(|state| surface.revision() >= state);
