@@ -260,7 +260,8 @@ impl FramePlan {
 pub struct ToolReport {
     /// The path's id.
     pub id: u32,
-    /// Impulse of the clay on the tool \[N s\].
+    /// Impulse of the clay on the tool \[N s\]; in implicit steps of the springs when the nodes have been
+    /// relaxed once more.
     pub impulse: DVec3,
     /// Angular impulse of the clay on the tool about its origin \[N m s\].
     pub angular_impulse: DVec3,
@@ -343,7 +344,8 @@ pub struct FrameReport {
     pub gravity_impulse: DVec3,
     /// Impulse of the walls on the clay \[N s\].
     pub wall_impulse: DVec3,
-    /// Impulse of the forces that implicit steps left out of balance \[N s\].
+    /// Impulse of the forces that implicit steps left out of balance \[N s\], with what springs gave the
+    /// clay beyond what is reported of tools.
     #[serde(default)]
     pub unbalanced_impulse: DVec3,
     /// Passes over the particles that implicit steps took, each an evaluation of forces; 0 of explicit ones.

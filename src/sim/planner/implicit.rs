@@ -7,8 +7,8 @@ use super::super::tool::ToolPath;
 use super::step::StepLimits;
 use serde::{Deserialize, Serialize};
 
-/// Greatest travel of clay in an implicit step \[cells\]: less than that of a first guess, or a body in
-/// flight loses momentum, a quarter of it in 24 steps of .74 cells.
+/// Greatest travel of clay in an implicit step \[cells\]: less than that of a first guess
+/// ([`GUESS_WAY_MAX`](super::super::implicit::GUESS_WAY_MAX)), or a body in flight loses momentum.
 const CLAY_TRAVEL_MAX: f64 = 0.5;
 
 /// How many times as many steps as travel alone asks for a frame may have.
@@ -21,7 +21,7 @@ pub enum StepAccuracy {
     /// within 1 to 5 %, displacements 2 to 6 %.
     #[default]
     Interactive,
-    /// Half of that, at 1.6 times the time: force within 0.3 to 4 %, displacements 1 to 4 %.
+    /// Half of that, at 1.6 times the time: force within 0.3 to 4 %, displacements 1 to 5 %.
     Fine,
 }
 

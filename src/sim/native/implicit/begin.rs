@@ -177,21 +177,7 @@ impl Nodes {
         }
         let g = gravity.as_vec3().to_array();
         nodes.fold_fill(folds);
-        nodes.live = vec![Block3::ZERO; count];
-        for (i, live) in nodes.live.iter_mut().enumerate() {
-            for k in 0..64 {
-                for d in 0..3 {
-                    let sign = 2.0 * nodes.held[i].0[d][k] - 1.0;
-                    live.0[d][k] = if mass[i].0[0][k] > 0.0 { sign } else { 0.0 };
-                }
-            }
-        }
-        for Link { from, to, image } in &layout.links {
-            for d in 0..3 {
-                let is_held = from.0 == to.0 && image[d] <= 0.0 && mass[to.0 as usize].0[0][usize::from(to.1)] > 0.0;
-                nodes.live[from.0 as usize].0[d][usize::from(from.1)] = if is_held { -1.0 } else { 0.0 };
-            }
-        }
+        nodes.find_live(layout, &mass);
         let mut is_linked = vec![0u64; count];
         layout.links.iter().for_each(|link| is_linked[link.from.0 as usize] |= 1 << link.from.1);
         for i in 0..count {
@@ -209,6 +195,25 @@ impl Nodes {
         }
         (nodes.mass, nodes.diagonal) = (mass.iter().map(|m| m.0[0]).collect(), diagonal);
         nodes
+    }
+
+    /// Where clay moves for the cycle however light it is, where walls hold it.
+    fn find_live(&mut self, layout: &Layout, mass: &[Block3]) {
+        self.live = vec![Block3::ZERO; mass.len()];
+        for (i, live) in self.live.iter_mut().enumerate() {
+            for k in 0..64 {
+                for d in 0..3 {
+                    let sign = 2.0 * self.held[i].0[d][k] - 1.0;
+                    live.0[d][k] = if mass[i].0[0][k] > 0.0 { sign } else { 0.0 };
+                }
+            }
+        }
+        for Link { from, to, image } in &layout.links {
+            for d in 0..3 {
+                let is_held = from.0 == to.0 && image[d] <= 0.0 && mass[to.0 as usize].0[0][usize::from(to.1)] > 0.0;
+                self.live[from.0 as usize].0[d][usize::from(from.1)] = if is_held { -1.0 } else { 0.0 };
+            }
+        }
     }
 
     /// Brings the fill of cells beyond walls to their images.

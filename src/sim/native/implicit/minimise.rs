@@ -1,4 +1,4 @@
-//! The least of the potential, as the oracle's file of this name has it: L-BFGS with two pairs about the
+//! The least of the potential, as the oracle's file of this name has it: L-BFGS with a few pairs about the
 //! V-cycle, full steps, guarded by slopes.
 
 use super::super::super::health::Health;

@@ -324,7 +324,7 @@ impl System<'_> {
                 } else {
                     report.unbalanced += left;
                 }
-                // What is light goes with its own momentum, and drags no particle along.
+                // What is light drags no particle along.
                 if f64::from(nodes.mass[i][k]) > 8.0 * ACTIVE_MASS {
                     #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
                     let speed = way.length() as f32;

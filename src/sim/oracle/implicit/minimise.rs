@@ -1,5 +1,5 @@
-//! The least of the potential: L-BFGS with two pairs (Nocedal & Wright 2006, algorithm 7.4) about the V-cycle
-//! in place of a first inverse, at full steps.
+//! The least of the potential: L-BFGS with a few pairs (Nocedal & Wright 2006, algorithm 7.4) about the
+//! V-cycle in place of a first inverse, at full steps.
 //!
 //! Each evaluation of the slope is a pass over the particles; there are as many as the plan says, and no
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third

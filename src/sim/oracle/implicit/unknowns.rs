@@ -3,7 +3,8 @@
 //!
 //! An outer node of a folded column moves as the image of the inner one, a wall node keeps 0 in the folded
 //! components, so that walls are no constraints but part of how unknowns become displacements. A field with
-//! less than [`ACTIVE_MASS`] of a full cell's mass is no unknown: it goes where its own momentum takes it.
+//! less than [`ACTIVE_MASS`] of a full cell's mass is no unknown: it starts with its own momentum, then goes
+//! along with its neighbours.
 
 use super::super::super::cut::CutKey;
 use super::super::super::implicit::ACTIVE_MASS;

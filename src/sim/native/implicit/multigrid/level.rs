@@ -209,7 +209,6 @@ impl Level {
     }
 
     /// The elements' diagonal: `share` of the fill of the cells about.
-    /// Clay moves where there is any in a cell about.
     fn set_own(&mut self, share: f32) {
         self.own.resize(self.cells.len(), [0.0; 64]);
         let cells = &self.cells;
