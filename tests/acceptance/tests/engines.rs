@@ -251,6 +251,25 @@ fn implicit_runs_are_bit_identical() {
     }
 }
 
+/// Stiff crumbs settle on the floor, slower than a frame's fall would make them: nodes however light are
+/// counted where the potential is judged.
+#[test]
+fn crumbs_rest_in_implicit_steps() {
+    let mut s = block(IVec3::splat(6), 0.0, floor_walls(Wall::Slip), stiff());
+    let mut index = 0u64..;
+    s.particles.retain(|_| index.next().is_some_and(|i| i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 62 == 0));
+    let mut engine = NativeEngine::new();
+    engine.load(&s).expect("load");
+    let dt = 1.0 / 90.0;
+    let mut p = FramePlan { dt, gravity: DVec3::NEG_Y * 9.81, ..plan(&s, 1.0, 1, vec![]) };
+    p.integrator = Integrator::Implicit { passes: 15 };
+    for _ in 0..4 {
+        engine.submit(p.clone()).expect("submit");
+        let report = engine.wait().expect("report");
+        assert!(report.health.is_ok() && report.speed(CELL) < 9.81 * dt, "{} {}", report.health, report.speed(CELL));
+    }
+}
+
 /// Stiff clay in frames of one implicit step each, or of explicit ones, and a tool that goes `way` \[cells\] in
 /// each: the force on it along that.
 fn force_path(s: &Snapshot, integrator: Integrator, tool: Tool, at: DVec3, way: DVec3, turn: DQuat, frames: u32) -> Vec<f64> {

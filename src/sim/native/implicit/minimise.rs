@@ -33,6 +33,9 @@ impl System<'_> {
         }
         self.accept();
         self.sides.settle(&self.u, &self.accepted.residual);
+        if self.sides.is_empty() && least.passes == 1 && passes > 1 {
+            self.try_still(&mut least);
+        }
         while least.passes < passes {
             let mut slope = self.find_direction();
             if slope >= 0.0 {
@@ -50,6 +53,39 @@ impl System<'_> {
             self.search.keep(&tried);
         }
         Ok(least)
+    }
+
+    /// Goes back to where the clay stands still, if it is lower there: tried where motion as it was leads up
+    /// by more than its inertia, which is all that drives clay that was in balance. Either way that tells of
+    /// the curvature.
+    fn try_still(&mut self, least: &mut Least) {
+        let (u, nodes, residual) = (&self.u, &self.nodes, &self.accepted.residual);
+        let [back, inertia] = sum_each(&mut self.search.step, |slot, step| {
+            let (mut inertia, free) = (0.0, &nodes.free[slot]);
+            for d in 0..3 {
+                for k in 0..64 {
+                    step.0[d][k] = -free.0[d][k] * u[slot].0[d][k];
+                    inertia += f64::from(nodes.mass[slot][k] * step.0[d][k] * step.0[d][k]);
+                }
+            }
+            [dot_of(step, &residual[slot]), inertia]
+        });
+        if -back <= inertia {
+            return;
+        }
+        std::mem::swap(&mut self.search.before, &mut self.u);
+        self.go();
+        let is_sound = self.evaluate(false);
+        least.passes += 1;
+        let tried = self.judge();
+        if is_sound && tried.slope <= -back {
+            self.accept();
+        } else {
+            std::mem::swap(&mut self.search.before, &mut self.u);
+        }
+        if is_sound {
+            self.search.keep(&tried);
+        }
     }
 
     /// Goes the step, which goes down by `slope`, cut until the potential falls, and short of where sides of

@@ -32,7 +32,7 @@ mod tile;
 mod vectors;
 
 use super::super::health::Health;
-use super::super::implicit::{ACTIVE_MASS, CONTACT_SHARE, RELAXED_STIFFNESS};
+use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, RELAXED_STIFFNESS};
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::particle_step::ParticleStep;
@@ -325,7 +325,7 @@ impl System<'_> {
                     report.unbalanced += left;
                 }
                 // What is light drags no particle along.
-                if f64::from(nodes.mass[i][k]) > 8.0 * ACTIVE_MASS {
+                if f64::from(nodes.mass[i][k]) > 8.0 * DRAGGING_MASS {
                     #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
                     let speed = way.length() as f32;
                     report.grid.speed_max = report.grid.speed_max.max(speed);

@@ -6,6 +6,10 @@
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
 //! line crosses 0, and tried again. What was last accepted is the answer.
 //!
+//! Clay goes on as it moved, or it stands still: the guess is the lower of both. The second is tried where
+//! the first leads up by more than its inertia `sum m_i |u_i|^2 / h^2`, which is all that drives clay that
+//! was in balance. So a tool that stops is not left behind.
+//!
 //! The sides of kept cuts bound where it may go ([`pairs`](super::pairs)): each place is made a possible one,
 //! and what closed pairs hold is searched no further.
 
@@ -41,6 +45,9 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
     }
     pairs.settle(&least.u, &least.slope.residual);
     let mut known: Vec<[Vec<DVec3>; 2]> = vec![];
+    if pairs.is_empty() && least.passes == 1 && passes > 1 {
+        known.extend(try_still(system, &mut least));
+    }
     while least.passes < passes {
         let residual = searched(&pairs, &least.slope.residual);
         let mut step = direction(&known, cycle, &pairs, &residual);
@@ -54,7 +61,7 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
         (least.u, least.slope) = (u, slope);
         pairs.settle(&least.u, &least.slope.residual);
         let (step, change) = (pairs.along(step), pairs.without_reactions(change));
-        if dot(&step, &change) > CURVATURE_MIN * (dot(&step, &step) * dot(&change, &change)).sqrt() {
+        if is_curved(&step, &change) {
             known.push([step, change]);
             if known.len() > PAIRS {
                 known.remove(0);
@@ -63,6 +70,30 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
     }
     least.slope.residual = searched(&pairs, &least.slope.residual);
     least
+}
+
+/// Whether the step tells of the curvature.
+fn is_curved(step: &[DVec3], change: &[DVec3]) -> bool {
+    dot(step, change) > CURVATURE_MIN * (dot(step, step) * dot(change, change)).sqrt()
+}
+
+/// Goes back to where the clay stands still, if it is lower there; the step and the change of the slope, if
+/// they tell of the curvature.
+fn try_still(system: &System<'_>, least: &mut Least) -> Option<[Vec<DVec3>; 2]> {
+    let step: Vec<DVec3> = system.unknowns.masked(least.u.iter().map(|u| -*u).collect());
+    let back = dot(&step, &least.slope.residual);
+    if -back <= system.inertia(&step) {
+        return None;
+    }
+    let still: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
+    let slope = system.slope(&still);
+    least.passes += 1;
+    let change = difference(&slope.residual, &least.slope.residual);
+    let is_sound = slope.is_sound;
+    if is_sound && dot(&step, &slope.residual) <= -back {
+        (least.u, least.slope) = (still, slope);
+    }
+    (is_sound && is_curved(&step, &change)).then_some([step, change])
 }
 
 fn difference(a: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {

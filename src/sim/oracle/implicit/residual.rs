@@ -170,6 +170,12 @@ impl<'a> System<'a> {
         self.unknowns.all.iter().map(guess).collect()
     }
 
+    /// Twice the energy of the motion `way` \[m\] over the step \[J\].
+    pub(super) fn inertia(&self, way: &[DVec3]) -> f64 {
+        let twice = way.iter().zip(&self.unknowns.all).map(|(way, unknown)| unknown.mass * way.length_squared());
+        twice.sum::<f64>() / self.around.plan.dt.powi(2)
+    }
+
     fn motion(&self, station: &Station, u: &[DVec3]) -> Motion {
         let per_arm = 4.0 / self.around.domain.cell_width.powi(2);
         let (mut moved, mut gradient) = (DVec3::ZERO, DMat3::ZERO);

@@ -24,7 +24,18 @@ fn held(name: String, snapshot: Snapshot, plan: FramePlan, tagged: u64) -> Agree
     Agreement { position: 1e-5, strain: 1e-5, tagged, ..agreement(name, snapshot, plan) }
 }
 
-/// A ball with each contact, on each floor.
+/// Clay that goes down where a floor stops it: there it starts from a standstill. A block, and crumbs, which
+/// have the lightest nodes.
+fn stopped(name: &str, is_kept: impl Fn(usize) -> bool) -> Agreement {
+    let mut s = moved_block(IVec3::new(7, 5, 6), Wall::Stick);
+    let mut index = 0..;
+    s.particles.retain(|_| index.next().is_some_and(&is_kept));
+    let p = FramePlan { dt: 1e-2, ..steps(&s) };
+    velocities(&mut s, |_| DVec3::NEG_Y * 0.2 * CELL / p.dt);
+    held(format!("implicit, {name} stopped by the floor"), s, p, 0)
+}
+
+/// A ball with each contact, on each floor, and clay that a floor stops.
 pub fn implicit_steps() -> Vec<Agreement> {
     let of = |floor: Wall, contact: Contact| {
         let s = moved_block(IVec3::new(9, 8, 9), floor);
@@ -35,7 +46,8 @@ pub fn implicit_steps() -> Vec<Agreement> {
         held(format!("implicit, {floor:?} floor, {contact:?}"), s, p, 0)
     };
     let floors = [Wall::Separate, Wall::Slip, Wall::Stick];
-    floors.into_iter().flat_map(|floor| Contact::ALL.map(|contact| of(floor, contact))).collect()
+    let balls = floors.into_iter().flat_map(|floor| Contact::ALL.map(|contact| of(floor, contact)));
+    balls.chain([stopped("a block", |_| true), stopped("crumbs", |i| i % 7 < 2)]).collect()
 }
 
 /// A blade that cuts down and one that sweeps, with each contact; a gouge, a wire and a thin plate.

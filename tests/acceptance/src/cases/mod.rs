@@ -171,6 +171,7 @@ pub const CASES: &[Case] = &[
     implicit_case("implicit mirror", 2, implicit::mirrored),
     implicit_case("implicit sparse", 6, implicit::sparse),
     implicit_case("implicit determinism", 1, implicit::determinism),
+    implicit_case("implicit scenes", 4, implicit::scenes),
     surface_case("random fields", 6, surface::random_fields),
     surface_case("cuts", 5, surface::cuts),
     surface_case("meeting cuts", 5, surface::meeting_cuts),

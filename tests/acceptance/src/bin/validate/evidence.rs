@@ -139,6 +139,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("implicit mirror", "", "the whole strip"),
     exact("implicit sparse", "", "the explicit step"),
     exact("implicit determinism", "", "the same bits"),
+    exact("implicit scenes", "", "work of tools and weight is all the energy there is"),
     exact("random fields", "", "closed, manifold, oriented"),
     compared("cuts", "", "balls: two, or one where the cut ends in the cube", "Eq. 9 as published: 44 %"),
     exact("cuts", "cuts: gap", "no gap"),

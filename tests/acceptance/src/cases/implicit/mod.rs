@@ -7,13 +7,18 @@
 //! | `pressed` | strips and balls, in all clays: force, ways, volume, passes |
 //! | `rest`    | tools held and taken away, own weight, flight               |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
+//! | `planned` | clay whose frames a planner plans                           |
+//! | `scenes`  | scenes drawn by lot                                         |
 
 mod compare;
+mod planned;
 mod pressed;
 mod rest;
+mod scenes;
 mod several;
 mod stroke;
 
 pub use pressed::{balls, presets, strips};
 pub use rest::{held, released, self_weight, tossed_block, unloading};
+pub use scenes::scenes;
 pub use several::{determinism, mirrored, sparse};

@@ -2,6 +2,7 @@
 //! weight and in flight.
 
 use super::compare::distance;
+use super::planned::Planned;
 use super::stroke::{Pace, Pressed, SAMPLE, Shape, Stroke, Way, frame_travel, ways};
 use crate::lab::{DX, Lab, Size, at_walls, block, place, room_with, set_velocity, snapshot, stable_step};
 use crate::report::Row;
@@ -171,21 +172,9 @@ fn flight(mut frame: impl FnMut() -> (FrameReport, Vec<Particle>), clay: &Snapsh
 /// A block that is tossed: as it is planned, and by implicit steps alone, which go by less than a cell each.
 pub fn tossed_block(_: Size) -> Vec<Row> {
     let clay = tossed();
-    let mut engine = crate::lab::engine(0);
-    engine.load(&clay).expect("the clay loads");
-    let mut planner = Planner::new(&clay);
-    planner.policy = Policy { integrator: IntegratorChoice::Auto, outputs: FrameOutputs::ALL, ..Policy::default() };
-    let planned = flight(
-        || {
-            let Decision::Run(plan) = planner.frame(&clay.material, FRAME, &[]) else { unreachable!("no frame is under way") };
-            engine.submit(plan).expect("a sound plan");
-            planner.sent();
-            let mut report = engine.wait().expect("the engine runs");
-            planner.note(&mut report);
-            (report, engine.state_deferred().expect("clay is loaded")().particles)
-        },
-        &clay,
-    );
+    let policy = Policy { integrator: IntegratorChoice::Auto, outputs: FrameOutputs::ALL, ..Policy::default() };
+    let mut planner = Planned::new(&clay, policy, 0);
+    let planned = flight(|| (planner.frame(FRAME, &[]), planner.particles()), &clay);
     let mut lab = Lab::new(&clay, 1.0);
     lab.plan.gravity = GRAVITY;
     let bare = flight(
