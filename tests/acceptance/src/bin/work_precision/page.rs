@@ -125,6 +125,22 @@ mod tests {
     use super::super::table::tests::table;
     use super::*;
 
+    /// The page and its pictures are those of the table on record.
+    #[test]
+    fn page_says_what_is_on_record() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        let table = Table::read(&docs).expect("the record");
+        let page = std::fs::read_to_string(docs.join("EVIDENCE.md")).expect("the page");
+        let rule = "run `cargo run --no-default-features --bin work_precision -- --redraw --out DIR --docs docs`";
+        assert!(section::read(&page, MARKS) == Some(&section(&table)), "docs/EVIDENCE.md is not what docs/data says: {rule}");
+        for (name, [_, drawn]) in picture::NAMES.iter().zip(picture::draw(&table).expect("drawn")) {
+            let file = std::fs::read(shown(&docs, name)).expect("a picture");
+            assert!(drawn == file, "docs/images/{name}.png is not what docs/data says: {rule}");
+        }
+        let text = std::fs::read_to_string(docs.join(FILE)).expect("the record");
+        assert!(table.record().as_deref() == Ok(&text), "docs/{FILE} is not as the program writes it: {rule}");
+    }
+
     /// Costs of the planner's settings that were run, and ratios at errors that both reach.
     #[test]
     fn rows_hold_costs_and_ratios() {
