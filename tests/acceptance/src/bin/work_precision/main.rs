@@ -34,7 +34,7 @@ struct Args {
     /// The folder for work_precision.csv and the pictures.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Tools half as wide, less of the sweep: about a minute on a free core.
+    /// Tools half as wide: about two minutes on a free core.
     #[arg(long, conflicts_with = "smoke")]
     quick: bool,
     /// One speed, and few runs: whether the command works.
