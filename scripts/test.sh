@@ -104,6 +104,7 @@ run_programs() {
     done
     "$bin/stability_map" --out "$results/stability_map" --quick
     "$bin/chart" --smoke --out "$results/chart"
+    "$bin/work_precision" --smoke --out "$results/work_precision"
 }
 
 # in_window COMMAND...: with the display there is, or one of its own.

@@ -15,7 +15,8 @@
 //! | [`say`] | lines on standard output, which may be closed or full |
 //!
 //! The programs are `validate` (every case, as a table and as JSON), `chart` (error against time over every
-//! knob) and `stability_map` (where a run blows up). The tests beside them run the same cases, small.
+//! knob), `work_precision` (error against passes and time, explicit and implicit) and `stability_map` (where
+//! a run blows up). The tests beside them run the same cases, small.
 
 pub mod agreement;
 pub mod cases;

@@ -1,7 +1,10 @@
 //! Pictures of measured figures, as SVG and PNG: the same painting on both, with a font of its own, so that a
 //! bare machine draws them too.
 
+mod axis;
 mod text;
+
+pub use axis::{Axis, number, text};
 
 use ab_glyph::FontRef;
 use plotters::coord::Shift;

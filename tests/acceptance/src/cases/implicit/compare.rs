@@ -5,11 +5,11 @@ use glam::DVec3;
 
 /// The explicit step at the clay's own density as the step goes to nothing: what runs are compared with.
 #[derive(Debug)]
-pub(super) struct Reference {
-    /// At the planner's step.
-    pub(super) coarse: Pressed,
+pub struct Reference {
+    /// At a step, that of the planner in cases.
+    pub coarse: Pressed,
     /// At half of it.
-    fine: Pressed,
+    pub fine: Pressed,
 }
 
 impl Reference {
@@ -30,7 +30,7 @@ impl Reference {
     }
 
     /// Rms of the error of `forces` over the mean force [-], of the parts of the way in `range` \[cells\].
-    pub(super) fn force_error(&self, forces: &[Sample], range: [f64; 2]) -> f64 {
+    pub fn force_error(&self, forces: &[Sample], range: [f64; 2]) -> f64 {
         let is_in = |s: &&Sample| s[0] >= range[0] && s[1] <= range[1];
         let pairs: Vec<[f64; 2]> = forces.iter().filter(is_in).map(|s| [s[2], self.force(*s)]).collect();
         let mean = pairs.iter().map(|p| p[1]).sum::<f64>() / pairs.len() as f64;
@@ -38,14 +38,15 @@ impl Reference {
     }
 
     /// Error of the particles' ways in L2, over their own [-].
-    pub(super) fn way_error(&self, ways: &[DVec3]) -> f64 {
+    pub fn way_error(&self, ways: &[DVec3]) -> f64 {
         distance(ways, &self.ways())
     }
 
     /// What the reference itself may be off by: force on the parts of the way of `forces`, and ways, as far
-    /// as half the planner's step is from none [-].
-    pub(super) fn uncertainty(&self, forces: &[Sample], range: [f64; 2]) -> [f64; 2] {
-        let seen: Vec<Sample> = forces.iter().map(|s| [s[0], s[1], self.fine.mean(s[0], s[1])]).collect();
+    /// as the smaller step is from none [-].
+    pub fn uncertainty(&self, forces: &[Sample], range: [f64; 2]) -> [f64; 2] {
+        let parts: Vec<[f64; 2]> = forces.iter().map(|s| [s[0], s[1]]).collect();
+        let seen = self.fine.over(&parts);
         [self.force_error(&seen, range), self.way_error(&self.fine.ways)]
     }
 }

@@ -18,7 +18,9 @@ mod scenes;
 mod several;
 mod stroke;
 
-pub use pressed::{balls, presets, strips};
+pub use compare::Reference;
+pub use pressed::{BUDGETS, Budget, balls, presets, strips};
 pub use rest::{held, released, self_weight, tossed_block, unloading};
 pub use scenes::scenes;
 pub use several::{determinism, mirrored, sparse};
+pub use stroke::{Pace, Pressed, SAMPLE, Sample, Shape, Stroke, Way, frame_travel};

@@ -8,20 +8,21 @@ use bevy_clay::sim::prelude::*;
 use rayon::prelude::*;
 
 /// What a frame may take, and what has to come of it.
-struct Budget {
+pub struct Budget {
     /// Speed of the tool [m/s].
-    speed: f64,
-    pace: Pace,
+    pub speed: f64,
+    /// How fine the steps are.
+    pub pace: Pace,
     /// Passes in a frame, at most.
-    passes: f64,
+    pub passes: f64,
     /// Error of the force [%], at most.
-    force: f64,
+    pub force: f64,
     /// Error of the particles' ways [%], at most, if it is judged.
-    way: Option<f64>,
+    pub way: Option<f64>,
 }
 
 /// One step a 90 Hz frame at 20 mm/s, and steps as long at 100 mm/s; then half of them.
-const BUDGETS: [Budget; 4] = [
+pub const BUDGETS: [Budget; 4] = [
     Budget { speed: 0.02, pace: Pace { travel: SAMPLE, passes: 15 }, passes: 15.0, force: 3.0, way: None },
     Budget { speed: 0.02, pace: Pace { travel: 0.5 * SAMPLE, passes: 12 }, passes: 25.0, force: 2.5, way: Some(3.0) },
     Budget { speed: 0.1, pace: Pace { travel: SAMPLE, passes: 12 }, passes: 60.0, force: 3.0, way: None },

@@ -7,7 +7,10 @@ use super::super::press::quarter;
 use crate::lab::{DX, Lab, Mover, at_walls, block, place, room_with, snapshot};
 use bevy_clay::sim::planner::{STEP_FRACTION, TOOL_TRAVEL_MAX, VOLUME_AVERAGING};
 use bevy_clay::sim::prelude::*;
+use cpu_time::ProcessTime;
 use glam::{DQuat, DVec3, IVec3};
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
 
 /// Cell width that the cases stand for \[m\].
 const CELL: f64 = 1e-3;
@@ -16,10 +19,10 @@ const FRAME: f64 = 1.0 / 90.0;
 /// Gap between tool and clay at first \[cells\]: of [`quarter`] too.
 const GAP: f64 = 0.05;
 /// Parts of the way \[cells\] for which the implicit step's force is taken: those of a frame at 20 mm/s.
-pub(super) const SAMPLE: f64 = 0.02 * FRAME / CELL;
+pub const SAMPLE: f64 = 0.02 * FRAME / CELL;
 
 /// Travel of a tool in a frame \[cells\] at `speed` [m/s].
-pub(super) fn frame_travel(speed: f64) -> f64 {
+pub fn frame_travel(speed: f64) -> f64 {
     speed * FRAME / CELL
 }
 
@@ -29,12 +32,12 @@ pub(super) fn of_small_cells(material: ClayMaterial) -> ClayMaterial {
 }
 
 /// How fine the implicit step is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pace {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pace {
     /// Travel of the fastest tool in a step \[cells\], at most.
-    pub(super) travel: f64,
+    pub travel: f64,
     /// Passes in a step.
-    pub(super) passes: u32,
+    pub passes: u32,
 }
 
 impl Pace {
@@ -49,17 +52,20 @@ impl Pace {
 }
 
 /// How a run is integrated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
     /// Explicitly at the clay's own density, by this part of the planner's step.
     Explicit(f64),
+    /// Explicitly at so many times the clay's density, by the planner's step.
+    Scaled(f64),
     /// Implicitly.
     Implicit(Pace),
 }
 
 /// What is pressed in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub enum Shape {
     /// Half of a strip of this width \[cells\], in plane strain.
     Strip(i32),
     /// A quarter of a ball of this radius \[cells\].
@@ -68,38 +74,39 @@ pub(super) enum Shape {
 
 /// A tool that goes straight into clay.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stroke {
+pub struct Stroke {
     /// What goes in.
-    pub(super) shape: Shape,
+    pub shape: Shape,
     /// How it acts.
-    pub(super) contact: Contact,
+    pub contact: Contact,
     /// The clay.
-    pub(super) material: ClayMaterial,
+    pub material: ClayMaterial,
     /// Speed of the tool [m/s].
-    pub(super) speed: f64,
+    pub speed: f64,
     /// How deep it goes, to the next whole sample above \[cells\].
-    pub(super) depth: f64,
+    pub depth: f64,
 }
 
 /// A mean force \[N\] over a part of the way: `[from, to, force]`, depths in cells.
-pub(super) type Sample = [f64; 3];
+pub type Sample = [f64; 3];
 
 /// What came of a stroke.
 #[derive(Clone, Debug)]
-pub(super) struct Pressed {
+pub struct Pressed {
     /// The force, in order of depth. What an implicit step bears it bears at its end: its part of the way is
     /// the one with that in its middle.
-    pub(super) forces: Vec<Sample>,
+    pub forces: Vec<Sample>,
     /// Ways of the particles \[cells\].
-    pub(super) ways: Vec<DVec3>,
+    pub ways: Vec<DVec3>,
     /// Passes over the particles in a frame.
-    pub(super) passes: f64,
-    /// Wall time of a frame \[ms\].
-    pub(super) time: f64,
+    pub passes: f64,
+    /// Time of the processor in a frame \[ms\], that of its report aside; of use where the process does
+    /// nothing else meanwhile.
+    pub time: f64,
     /// Greatest change of the clay's volume [-].
-    pub(super) swelling: f64,
+    pub swelling: f64,
     /// Whether every frame was sound, and run as planned.
-    pub(super) is_sound: bool,
+    pub is_sound: bool,
 }
 
 impl Stroke {
@@ -122,17 +129,17 @@ impl Stroke {
     }
 
     /// Runs the stroke.
-    pub(super) fn press(&self, way: Way) -> Pressed {
+    pub fn press(&self, way: Way) -> Pressed {
         let mut run = self.begin();
         run.go(way);
         run.pressed.ways = ways(&run.clay, &run.lab);
         let frames = (run.depth + GAP) / frame_travel(self.speed);
-        run.pressed.passes /= frames;
-        run.pressed.time /= frames;
+        let (passes, time) = (run.pressed.passes / frames, run.pressed.time / frames);
         if let Way::Explicit(_) = way {
             // What is looked for beyond the end is known too.
             run.on(way, 2);
         }
+        (run.pressed.passes, run.pressed.time) = (passes, time);
         run.pressed
     }
 
@@ -141,7 +148,8 @@ impl Stroke {
     fn plan(&self, way: Way, lab: &mut Lab, travel: f64) -> (u32, f64) {
         let duration = travel * DX / self.speed;
         match way {
-            Way::Explicit(part) => (self.substeps(lab, duration, part), 0.0),
+            Way::Explicit(part) => (self.substeps(lab, duration, part, 1.0), 0.0),
+            Way::Scaled(density_scale) => (self.substeps(lab, duration, 1.0, density_scale), 0.0),
             Way::Implicit(pace) => {
                 let steps = pace.plan(lab, travel, duration);
                 (steps, 0.5 * travel / f64::from(steps))
@@ -149,13 +157,19 @@ impl Stroke {
         }
     }
 
-    fn substeps(&self, lab: &mut Lab, duration: f64, part: f64) -> u32 {
-        let limit = self.material.time_step_limit(DX, self.material.density);
+    fn substeps(&self, lab: &mut Lab, duration: f64, part: f64, density_scale: f64) -> u32 {
+        let limit = self.material.time_step_limit(DX, self.material.density * density_scale);
         let dt = (STEP_FRACTION * limit).min(TOOL_TRAVEL_MAX * DX / self.speed);
         let steps = (duration / (part * dt)).ceil();
-        lab.plan.integrator = Integrator::default();
+        lab.plan.integrator = Integrator::Explicit { density_scale };
         lab.plan.dt = duration / steps;
         steps as u32
+    }
+
+    /// The parts of the way from its start to its end, [`SAMPLE`] each: depths of their ends \[cells\].
+    pub fn parts(&self) -> Vec<[f64; 2]> {
+        let count = ((self.depth + GAP) / SAMPLE - 1e-6).ceil() as u32;
+        (0..count).map(|i| [i, i + 1].map(|i| f64::from(i) * SAMPLE - GAP)).collect()
     }
 }
 
@@ -214,10 +228,12 @@ impl Run {
         let sign = if self.stroke.depth < self.depth { -1.0 } else { 1.0 };
         for _ in 0..parts {
             let (steps, lag) = self.stroke.plan(way, &mut self.lab, travel);
+            let began = ProcessTime::now();
             let report = self.lab.frame_moving(steps, &mut self.mover);
+            let taken = began.elapsed();
             let [from, to] = [lag, lag + travel].map(|way| self.depth + sign * way);
             self.pressed.forces.push([from.min(to), from.max(to), report.tools[0].force.y]);
-            self.pressed.note(&report, volume);
+            self.pressed.note(&report, volume, taken);
             self.depth += sign * travel;
         }
     }
@@ -230,9 +246,10 @@ impl Run {
     }
 }
 
-/// Parts of the way for which a force is taken \[cells\]: of the explicit step finer ones, for means over any.
+/// Parts of the way for which a force is taken \[cells\]: of what others are compared with finer ones, for
+/// means over any.
 fn travel(way: Way) -> f64 {
-    if let Way::Implicit(_) = way { SAMPLE } else { 0.25 * SAMPLE }
+    if let Way::Explicit(_) = way { 0.25 * SAMPLE } else { SAMPLE }
 }
 
 impl Pressed {
@@ -241,15 +258,20 @@ impl Pressed {
         Self { forces: vec![], ways: vec![], passes: 0.0, time: 0.0, swelling: 0.0, is_sound: true }
     }
 
-    fn note(&mut self, report: &FrameReport, volume: f64) {
+    fn note(&mut self, report: &FrameReport, volume: f64, taken: Duration) {
         self.passes += f64::from(if report.passes > 0 { report.passes } else { report.steps });
-        self.time += 1e3 * report.timings.total;
+        self.time += 1e3 * taken.as_secs_f64() * (1.0 - report.timings.report / report.timings.total);
         self.swelling = self.swelling.max((report.volume / volume - 1.0).abs());
         self.is_sound &= report.health.is_ok() && report.redone == 0 && report.clamped == 0;
     }
 
+    /// The mean forces over other parts of the way \[cells\].
+    pub fn over(&self, parts: &[[f64; 2]]) -> Vec<Sample> {
+        parts.iter().map(|[from, to]| [*from, *to, self.mean(*from, *to)]).collect()
+    }
+
     /// Mean force \[N\] over a part of the way \[cells\]; NaN where it is not known of all of it.
-    pub(super) fn mean(&self, from: f64, to: f64) -> f64 {
+    pub fn mean(&self, from: f64, to: f64) -> f64 {
         let (mut way, mut sum) = (0.0, 0.0);
         for [start, end, force] in &self.forces {
             let shared = (to.min(*end) - from.max(*start)).max(0.0);
