@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Sculpts in a window with a mouse that nobody holds: a virtual display, the example `sculpt`, real mouse and key events. Checks that a press dents the
-# clay where it was made, that the knife cuts it in two, that a slider changes what the tool feels, that undo takes back. Pictures go to out/window.
+# clay where it was made, that a drag leaves a groove and the knife cuts in two, that a slider changes what the tool feels, that undo takes back. Pictures go to out/window.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/window}
@@ -79,27 +79,35 @@ picture 3_firm
 xdotool key u
 await "taken back"
 drag 196 78 154 78
+# A groove in three seconds. How fast clay and window went is printed: it says as much of the machine's load as of them.
+drag 480 320 780 300
+stroke=$(await "stroke 3 ball")
+echo "$stroke"
 move 640 690
+picture 4_groove
+is_more "$(number_in "$stroke" dent)" 0.5 || fail "the drag left no groove"
+is_more 3 "$(number_in "$stroke" "up to")" || fail "the groove took $(number_in "$stroke" "up to") N, soft clay takes less than 3"
+grep -q "1 bodies before, 1 bodies now" <<<"$stroke" || fail "the drag tore the clay"
+
 xdotool key 5
 seen
-# In slow motion the clay has the knife long after the hand.
-drag 690 130 560 690 8
-stroke=$(await "stroke 3 knife")
+drag 690 130 560 690
+stroke=$(await "stroke 4 knife")
 echo "$stroke"
 move 640 720
-picture 4_cut
+picture 5_cut
 grep -q "1 bodies before, 2 bodies now" <<<"$stroke" || fail "the knife did not cut the clay in two"
 
 # Coarser cells: the shape is filled anew, and is still two bodies.
 drag 161 310 171 310
 await "stands on cells"
 xdotool key h
-picture 5_help
+picture 6_help
 xdotool key h
 # The inspector opens by its title.
 move 24 775
 xdotool click 1
-picture 6_inspector
+picture 7_inspector
 xdotool click 1 key e
 await "wrote"
 [ -s "$out/clay-001.stl" ] || fail "no exported file"

@@ -11,7 +11,7 @@
 //! | `hand`    | what the hand holds, chosen by keys and the wheel                         |
 //! | `tools`   | a tool's entity: shape, look, force; where the clay has it in slow motion |
 //! | `stroke`  | a tool that follows the pointer into the clay, no faster than a hand      |
-//! | `pace`    | the clay's own clock: slow motion where the machine is slow, rest         |
+//! | `pace`    | the clay's clock and the tool's speed, so that a slow machine keeps up    |
 //! | `keys`    | undo, redo, reset, export, pause                                          |
 //! | `hud`     | egui beside the clay's own panels                                         |
 //! | `check`   | for tests alone: strokes without a mouse, figures, pictures (`--check`)   |

@@ -1,28 +1,36 @@
-//! How fast the clay's time goes: as fast as the app's where the engine keeps up, else so slow that each
-//! frame ends soon, and not at all at rest.
+//! How fast the clay's time goes, and how fast the tool in hand may go in it, so that the clay keeps up.
 //!
-//! In explicit steps a second of clay takes many seconds of a slow machine; planned at full speed, two long
-//! frames would be under way whenever a tool is pressed, and the answer would wait for them. Slowed, each
-//! frame of the window has a short frame of clay to itself. Implicit steps take as long whatever time they
-//! cover: the planner's frames are short enough by themselves.
+//! An implicit step covers a way of the tool, whatever time that takes: the clay keeps the app's time as
+//! long as its tool goes no farther than there are steps for. So the clock goes at full speed, and the tool
+//! is held to what the clay can follow: where the machine is too slow for the hand, the tool is behind the
+//! pointer, and never the clay behind the tool.
+//!
+//! In explicit steps a second of clay takes many seconds of a slow machine, whatever its tools do. Its clock
+//! is slowed, so that each frame of the window has a short frame of clay to itself, and stands at rest. The
+//! tool goes by that clock: by its own it would be thrown through slow clay.
 
 use crate::stroke::{Stroke, work};
 use bevy::prelude::*;
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_clay::prelude::*;
+use bevy_clay::sim::frame::FrameReport;
 use bevy_clay::sim::limits::PENDING_MAX;
 use std::time::Duration;
 
-/// Part of a window's frame that the engine may take.
+/// Part of the time that the engine may take.
 const SHARE: f64 = 0.6;
-/// Most time that a frame of clay may take \[s\], however long the window's frames are.
+/// Most time that a frame of explicit steps may take \[s\], however long the window's frames are.
 const FRAME_MAX: f64 = 0.025;
 /// Slowest clock.
 const SPEED_MIN: f64 = 1e-4;
-/// Clay slower than this is at rest [m/s].
+/// Clay slower than this is at rest [m/s], in explicit steps.
 const REST_SPEED: f64 = 0.01;
-/// Frames that clay is at rest before its clock stops.
+/// Frames that it is at rest before its clock stops.
 const REST_FRAMES: u32 = 6;
+/// Greatest speed of a tool in the clay's time [m/s]: above it soft clay is thrown rather than pressed.
+const TOOL_SPEED_MAX: f64 = 0.4;
+/// The clay's lag \[s\] from which on the tool slows down, and at which it waits.
+const LAG: (f64, f64) = (0.05, 0.15);
 
 /// Sets the clay's clock, and how often the window is drawn.
 pub(crate) struct PacePlugin;
@@ -33,58 +41,104 @@ impl Plugin for PacePlugin {
     }
 }
 
-/// The clock's state.
+/// The clay's pace.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct Pace {
-    /// Wall time per simulated time of explicit frames, smoothed; none until one has ended.
-    cost: Option<f64>,
-    /// Whether the last frame was in explicit steps.
-    is_explicit: bool,
+    /// Of the last frame that took steps.
+    steps: Steps,
     /// Wall time of the window's frames, smoothed \[s\].
     frame: f64,
     /// Slows the clock while frames pile up, whatever the engine says they cost, by as many halvings.
     brake: f64,
     still: u32,
-    /// Whether the clay's clock stands because nothing moves.
+    /// Greatest speed of the tool in hand [m/s], by the app's time.
+    pub(crate) tool_speed: f64,
+    /// Whether nothing moves: the clay takes no steps, or its clock stands.
     pub(crate) is_at_rest: bool,
+}
+
+/// What steps take, smoothed.
+#[derive(Clone, Copy, Debug, Default)]
+enum Steps {
+    #[default]
+    Unknown,
+    /// Wall time over simulated time.
+    Explicit(f64),
+    /// Wall time of each \[s\].
+    Implicit(f64),
+}
+
+impl Steps {
+    /// With what a frame took. What it took beside its steps is left out of explicit ones: a slower clock
+    /// makes shorter frames, and each would seem dearer than the one before.
+    fn note(&mut self, report: &FrameReport) {
+        let timings = &report.timings;
+        let smooth = |old: f64, new: f64| old * (new / old).powf(0.3);
+        if report.is_resting() || report.steps == 0 || timings.total <= 0.0 {
+            return;
+        }
+        *self = if report.passes == 0 {
+            let now = (timings.grid + timings.particles).max(1e-6) / report.duration();
+            Self::Explicit(if let Self::Explicit(old) = self { smooth(*old, now) } else { now })
+        } else {
+            let now = timings.total / f64::from(report.steps);
+            Self::Implicit(if let Self::Implicit(old) = self { smooth(*old, now) } else { now })
+        };
+    }
+}
+
+impl Pace {
+    /// How fast the clay's clock may go.
+    fn clock_speed(&self) -> f64 {
+        let share = SHARE.min(FRAME_MAX / self.frame.max(1e-3));
+        match self.steps {
+            Steps::Explicit(cost) => (share / cost * (-self.brake).exp2()).clamp(SPEED_MIN, 1.0),
+            Steps::Unknown | Steps::Implicit(_) => 1.0,
+        }
+    }
+
+    /// How fast the tool may go [m/s]: a step for every `travel` \[m\] of it, by a clock of `speed` that lags
+    /// `lag` \[s\] behind.
+    fn tool_speed(&self, travel: f64, speed: f64, lag: f64) -> f64 {
+        let (slow, wait) = LAG;
+        let followed = if let Steps::Implicit(cost) = self.steps { SHARE * travel / cost } else { f64::INFINITY };
+        followed.min(TOOL_SPEED_MAX * speed) * ((wait - lag) / (wait - slow)).clamp(0.0, 1.0)
+    }
 }
 
 /// What makes clay that rests go on.
 type Stirred = Or<(Changed<ClayMaterial>, Changed<ClaySettings>, Changed<Clay>)>;
 
-/// Sets the clock from the last reports.
+/// What the pace is made of, beside reports.
+type Doing<'a> = (&'a ClayStatus, &'a ClayMetrics, &'a ClaySettings, Option<&'a ClayEngine>, &'a mut ClayClock);
+
+/// Sets clock and speed from the last reports.
 fn keep(
     mut reports: MessageReader<ClayReport>,
     stirred: Query<(), (With<Clay>, Stirred)>,
-    (status, engine, mut clock): (Single<&ClayStatus>, Query<&ClayEngine>, Single<&mut ClayClock>),
+    clay: Single<Doing>,
     stroke: Option<Res<Stroke>>,
     mut pace: ResMut<Pace>,
     real: Res<Time<Real>>,
 ) {
-    const SMOOTH: f64 = 0.3;
-    pace.frame += (real.delta_secs_f64().min(0.5) - pace.frame) * SMOOTH;
-    if stroke.is_some() || !stirred.is_empty() {
-        pace.still = 0;
-    }
+    let (status, metrics, settings, engine, mut clock) = clay.into_inner();
+    pace.frame += (real.delta_secs_f64().min(0.5) - pace.frame) * 0.3;
     for ClayReport { report, .. } in reports.read() {
-        let duration = report.dt * f64::from(report.steps);
-        pace.is_explicit = report.passes == 0 && !report.is_resting();
-        if pace.is_explicit && duration > 0.0 && report.timings.total > 0.0 {
-            let cost = report.timings.total / duration;
-            let old = pace.cost.unwrap_or(cost);
-            pace.cost = Some(old * (cost / old).powf(SMOOTH));
-        }
+        pace.steps.note(report);
         pace.still = if report.speed(status.cell_width) < REST_SPEED { pace.still + 1 } else { 0 };
     }
-    // A first guess for a machine that is not known yet: a slow one.
-    let is_piling_up = engine.iter().any(|e| e.pending() >= PENDING_MAX);
+    // What the tool has gone the clay has still to go.
+    if stroke.is_some() || !stirred.is_empty() || metrics.lag > LAG.0 {
+        pace.still = 0;
+    }
+    let is_piling_up = engine.is_some_and(|engine| engine.pending() >= PENDING_MAX);
     pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
-    let share = SHARE.min(FRAME_MAX / pace.frame.max(1e-3));
-    let slowed = |cost: f64| (share / cost * (-pace.brake).exp2()).clamp(SPEED_MIN, 1.0);
-    let speed = if pace.is_explicit { pace.cost.map_or(0.03, slowed) } else { 1.0 };
-    pace.is_at_rest = pace.still >= REST_FRAMES;
-    // Clay at rest stands: what it would do takes time from what it is asked for next.
-    let wanted = if pace.is_at_rest { 0.0 } else { speed };
+    // Clay at rest stands: what it would do takes time from what it is asked for next. In implicit steps it
+    // does so by itself.
+    let stands = matches!(pace.steps, Steps::Explicit(_)) && pace.still >= REST_FRAMES;
+    let wanted = if stands { 0.0 } else { pace.clock_speed() };
+    pace.tool_speed = pace.tool_speed(settings.accuracy.travel() * status.cell_width, wanted, metrics.lag);
+    pace.is_at_rest = stands || metrics.is_resting && stroke.is_none();
     if (clock.speed - wanted).abs() > 0.02 * clock.speed.min(wanted) {
         clock.speed = wanted;
     }

@@ -113,20 +113,23 @@ impl Start {
 fn spawn(start: Res<Start>, adapter: Res<RenderAdapterInfo>, mut notice: ResMut<ClayNotice>, mut commands: Commands) {
     start.scene.warnings.iter().for_each(|warning| warn!("{warning}"));
     let has_gpu = adapter.device_type != DeviceType::Cpu && !matches!(start.engine, EngineArg::Native);
-    let snapshot = start.snapshot(has_gpu);
+    // What is taken back to the start is of this material too.
+    let material = start.material();
+    let snapshot = Snapshot { material, ..start.snapshot(has_gpu) };
     let (count, name) = (snapshot.particles.len(), &adapter.name);
     notice.say(if has_gpu {
         format!("{count} particles; drawn by {name}")
     } else {
-        format!("no graphics processor for the clay ({name}): {count} particles, inertia scaled, slow motion, so that it answers")
+        format!("no graphics processor for the clay ({name}): {count} particles, so that it answers")
     });
     commands.insert_resource(Extent::new(&snapshot));
-    let inertia = if has_gpu { InertiaScaling::Off } else { InertiaScaling::Fast };
+    // Explicit steps take a machine without a graphics processor many times the time that they cover.
+    let integrator = if has_gpu { IntegratorChoice::Explicit } else { IntegratorChoice::Implicit };
     let mut clay = commands.spawn((
         Name::new("clay"),
         Clay::snapshot(snapshot),
-        ClaySettings { engine: start.engine.into(), inertia, surface: start.surface, ..default() },
-        start.material(),
+        ClaySettings { engine: start.engine.into(), integrator, surface: start.surface, ..default() },
+        material,
         ClayHistory::default(),
     ));
     if let Some((file, _)) = &start.clay {

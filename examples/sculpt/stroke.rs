@@ -1,16 +1,15 @@
 //! From the pointer to the tool: over the clay it hovers, pressed it goes in, and it never moves faster than
-//! a hand that sculpts.
+//! a hand that sculpts, or than the clay can follow.
 
 mod knife;
 
 use crate::hand::{Hand, ToolKind};
+use crate::pace::Pace;
 use crate::pointer::{Aim, Hit, Pointer, cast};
 use crate::tools::InHand;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
 
-/// Greatest speed of a tool [m/s]: above it soft clay is thrown rather than pressed.
-const SPEED_MAX: f32 = 0.4;
 /// Speed of pressing in \[units of the tools per second\].
 const PRESS_SPEED: f32 = 1.2;
 /// How far above the clay the tool hovers \[units of the tools\].
@@ -72,7 +71,7 @@ pub(crate) fn hover(
 
 /// Moves the tool through the clay, until it is let go of.
 pub(crate) fn work(
-    (pointer, hand): (Res<Pointer>, Res<Hand>),
+    (pointer, hand, pace): (Res<Pointer>, Res<Hand>, Res<Pace>),
     real: Res<Time<Real>>,
     tool: Single<Held, With<InHand>>,
     mut stroke: ResMut<Stroke>,
@@ -96,7 +95,7 @@ pub(crate) fn work(
             tool.is_active = true;
         }
     }
-    stroke.advance(&mut place, tool.shape.bounding_radius() as f32, SPEED_MAX * delta, &hand);
+    stroke.advance(&mut place, tool.shape.bounding_radius() as f32, pace.tool_speed as f32 * delta, &hand);
 }
 
 impl Stroke {
@@ -139,6 +138,10 @@ impl Stroke {
 /// Moves `place` towards `target`; no point of a tool of `reach` goes farther than `way`. What is left of the
 /// way is handed back.
 fn approach(place: &mut Transform, target: Transform, reach: f32, way: f32) -> f32 {
+    // A tool that waits stands: a rotation rounded anew would be a way to go for the clay.
+    if way <= 0.0 {
+        return 0.0;
+    }
     let step = target.translation - place.translation;
     let total = step.length() + place.rotation.angle_between(target.rotation) * reach;
     let part = if total > way { way / total } else { 1.0 };

@@ -9,7 +9,7 @@ use glam::DVec3;
 ///
 /// Clay whose time stands is not touched: tools are lifted from it and put down anew, where they are then,
 /// when it goes on. The same holds when the app's own clock is paused, when the clay's systems did not run
-/// for a while, and when the app slept for more than a second.
+/// for a while, and when the app slept for more than five seconds.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 pub struct ClayClock {
@@ -54,8 +54,9 @@ impl Default for ClayGravity {
 }
 
 /// An app that was away for longer than this \[s\] was asleep: its tools have been somewhere in between, and
-/// nobody knows where. A frame drawn by software takes less.
-const SLEPT: f64 = 1.0;
+/// nobody knows where. A frame drawn by software takes less, on a busy machine too: each time a knife is put
+/// down anew it begins a cut of its own, and the more cuts cross, the longer steps take.
+const SLEPT: f64 = 5.0;
 
 /// Tells time that went by without the clay.
 #[derive(Debug, Default)]

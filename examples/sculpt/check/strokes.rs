@@ -1,5 +1,5 @@
-//! What strokes look like from outside: how soon the clay answers a press, and what it looks like when it has
-//! settled.
+//! What strokes look like from outside: how soon the clay answers a press, how fast clay and window go
+//! meanwhile, and what the clay looks like when it has settled.
 
 use super::say;
 use crate::hand::{Hand, ToolKind};
@@ -7,6 +7,7 @@ use crate::pace::Pace;
 use crate::pointer::{Hit, Pointer, cast};
 use crate::stroke::{Stroke, work};
 use crate::tools::InHand;
+use bevy::diagnostic::FrameCount;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
@@ -89,6 +90,44 @@ struct Seen {
     /// Press to surface \[ms\].
     answer: Option<f64>,
     is_deep: bool,
+    /// Where the clay was when the stroke began, and how fast it went until it ended.
+    began: Progress,
+    pace: Option<String>,
+}
+
+/// How far the clay and the window are.
+#[derive(Clone, Copy)]
+struct Progress {
+    at: Instant,
+    /// Time of the clay \[s\].
+    time: f64,
+    /// Time that was given up \[s\].
+    given_up: f64,
+    pictures: u64,
+}
+
+/// What a [`Progress`] is seen by.
+type Watched<'w, 's> = (Single<'w, 's, &'static ClayMetrics>, Query<'w, 's, &'static ScreenCamera>, Res<'w, FrameCount>);
+
+impl Progress {
+    fn now((metrics, screens, frames): &Watched) -> Self {
+        // Without cameras of their own windows are drawn in every frame.
+        let pictures = screens.iter().next().map_or(u64::from(frames.0), |screen| screen.picture_count);
+        Self { at: Instant::now(), time: metrics.time, given_up: metrics.given_up, pictures }
+    }
+
+    /// What happened since.
+    fn until(&self, end: &Self) -> String {
+        let seconds = (end.at - self.at).as_secs_f64();
+        #[expect(clippy::cast_precision_loss, reason = "counts of pictures are small")]
+        let pictures = (end.pictures - self.pictures) as f64;
+        format!(
+            "{seconds:.1} s at {:.2} x real time, {:.0} pictures a second, {:.2} s given up",
+            (end.time - self.time) / seconds,
+            pictures / seconds,
+            end.given_up - self.given_up
+        )
+    }
 }
 
 /// A stroke that is to be measured when the clay has settled and its surface shows that.
@@ -109,7 +148,7 @@ struct Counting {
     bodies: Task<[usize; 2]>,
 }
 
-fn begin(stroke: Res<Stroke>, (pointer, hand): (Res<Pointer>, Res<Hand>), mut strokes: ResMut<Strokes>) {
+fn begin(stroke: Res<Stroke>, (pointer, hand): (Res<Pointer>, Res<Hand>), watched: Watched, mut strokes: ResMut<Strokes>) {
     let Some(aim) = pointer.aim else { return };
     strokes.count += 1;
     say(&format!("stroke {} begins", strokes.count));
@@ -122,6 +161,8 @@ fn begin(stroke: Res<Stroke>, (pointer, hand): (Res<Pointer>, Res<Hand>), mut st
         force: 0.0,
         answer: None,
         is_deep: false,
+        began: Progress::now(&watched),
+        pace: None,
     });
 }
 
@@ -144,9 +185,14 @@ fn follow(
     seen.is_deep |= is_deep;
 }
 
-fn end(metrics: Single<&ClayMetrics>, mut strokes: ResMut<Strokes>) {
-    let since = metrics.time;
-    strokes.settling = strokes.under_way.take().map(|seen| Settling { seen, since, settled: None });
+fn end(watched: Watched, mut strokes: ResMut<Strokes>) {
+    let now = Progress::now(&watched);
+    // What the tool has gone the clay has still to go.
+    let since = now.time + watched.0.lag;
+    strokes.settling = strokes.under_way.take().map(|seen| {
+        let pace = Some(seen.began.until(&now));
+        Settling { seen: Seen { pace, ..seen }, since, settled: None }
+    });
 }
 
 /// Times the answer to each press.
@@ -207,13 +253,14 @@ fn count_bodies(mut strokes: ResMut<Strokes>) {
         _ => String::new(),
     };
     say(&format!(
-        "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {dent:.2} mm, force up to {:.2} N, {before} bodies before, {now} bodies now{answer}",
+        "stroke {} {} at ({:.1}, {:.1}, {:.1}) mm: dent {dent:.2} mm, force up to {:.2} N, {before} bodies before, {now} bodies now{answer}; {}",
         seen.number,
         seen.kind.name(),
         at.x,
         at.y,
         at.z,
         seen.force,
+        seen.pace.unwrap_or_default(),
     ));
     strokes.outcomes.push(Outcome { dent });
 }

@@ -6,7 +6,7 @@ use super::super::clay::{ClaySettings, MeshQuality};
 use super::super::engine::ClayEngine;
 use super::super::show::ClaySurface;
 use super::screens::Screens;
-use super::settings::SoftwareDrawing;
+use super::settings::{ScreenCamera, SoftwareDrawing};
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Captured, Screenshot};
 use bevy::window::RequestRedraw;
@@ -47,7 +47,7 @@ fn decide(
     clays: Query<(&ClayEngine, &ClaySettings, Option<&ClaySurface>)>,
     mut news: News,
     mut stale: Local<Stale>,
-    mut screens: ResMut<Screens>,
+    (mut screens, mut cameras): (ResMut<Screens>, Query<&mut ScreenCamera>),
 ) {
     /// Longest time for which a picture waits for clay that is being worked on.
     const PATIENCE: Duration = Duration::from_millis(250);
@@ -64,6 +64,7 @@ fn decide(
     if screens.is_due && !screens.windows.is_empty() {
         screens.meter.begin(now);
         *stale = Stale::default();
+        cameras.iter_mut().for_each(|mut camera| camera.picture_count += 1);
     }
 }
 

@@ -114,5 +114,5 @@ fn screen_camera(window: Entity, order: isize) -> impl Bundle {
     let camera = Camera { order, ..default() };
     let target = RenderTarget::Window(WindowRef::Entity(window));
     let kind = (Camera2d, Msaa::Off, RenderLayers::none());
-    (Name::new("screen camera"), ScreenCamera { window }, kind, camera, target)
+    (Name::new("screen camera"), ScreenCamera { window, picture_count: 0 }, kind, camera, target)
 }

@@ -51,4 +51,6 @@ pub struct FullDrawing;
 pub struct ScreenCamera {
     /// The window that it draws into.
     pub window: Entity,
+    /// Pictures that were drawn of it so far.
+    pub picture_count: u64,
 }

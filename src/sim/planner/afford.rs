@@ -5,6 +5,9 @@ use super::super::frame::FrameReport;
 /// The longest frame that is planned of a clock \[s\]: what a clock is ahead by more is given up, so that a
 /// slow machine shows slow motion.
 pub const FRAME_MAX: f64 = 1.0 / 30.0;
+/// The same of implicit steps \[s\], none of which is longer than [`FRAME_MAX`]: where a window takes long to
+/// draw, a frame that covers that time costs no more than a short one, and nothing has to be given up.
+pub(super) const IMPLICIT_FRAME_MAX: f64 = 0.1;
 /// Wall time that frames may take \[s\], within these bounds: that of a frame of the app. On a slow machine
 /// frames of clay are shorter, not later, and the clay answers a tool as soon.
 pub const FRAME_WALL: (f64, f64) = (1.0 / 60.0, 0.1);
@@ -38,12 +41,15 @@ impl Cost {
     /// One step is taken in any case, and a short one takes as long as a long one.
     pub(super) fn frame_max(cost: Option<Self>, wall: f64, rate: f64) -> f64 {
         let wall = wall.clamp(FRAME_WALL.0, FRAME_WALL.1);
-        let longest = match cost {
-            None => FRAME_FIRST,
-            Some(Self::PerTime(cost)) => wall / cost.max(f64::MIN_POSITIVE),
-            Some(Self::PerStep(cost)) => (wall / cost.max(f64::MIN_POSITIVE)).floor().max(1.0) / rate.max(f64::MIN_POSITIVE),
+        let (longest, most) = match cost {
+            None => (FRAME_FIRST, FRAME_MAX),
+            Some(Self::PerTime(cost)) => (wall / cost.max(f64::MIN_POSITIVE), FRAME_MAX),
+            Some(Self::PerStep(cost)) => {
+                let steps = (wall / cost.max(f64::MIN_POSITIVE)).floor().max(1.0);
+                (steps / rate.max(1.0 / FRAME_MAX), IMPLICIT_FRAME_MAX)
+            }
         };
-        longest.clamp(FRAME_MIN, FRAME_MAX)
+        longest.clamp(FRAME_MIN, most)
     }
 }
 
@@ -71,6 +77,9 @@ mod tests {
     fn dear_steps_make_no_short_frames() {
         let cost = Cost::of(&slow(1e-3, 1));
         assert_eq!(Cost::frame_max(cost, 0.015, 0.0), FRAME_MAX);
+        // As long as a window takes to draw, in steps that are no longer.
+        assert_eq!(Cost::frame_max(cost, 0.045, 0.0), 2.0 * FRAME_MAX);
+        assert_eq!(Cost::frame_max(cost, 1.0, 0.0), IMPLICIT_FRAME_MAX);
         assert_eq!(Cost::frame_max(cost, 0.015, 50.0), 0.02);
         assert_eq!(Cost::frame_max(cost, 0.015, 1e6), FRAME_MIN);
         // Five of them end within a tenth of a second.

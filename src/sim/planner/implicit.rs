@@ -4,6 +4,7 @@ use super::super::frame::FramePlan;
 use super::super::integrator::Integrator;
 use super::super::material::ClayMaterial;
 use super::super::tool::ToolPath;
+use super::afford::FRAME_MAX;
 use super::step::StepLimits;
 use serde::{Deserialize, Serialize};
 
@@ -69,11 +70,12 @@ impl StepLimits {
         }
     }
 
-    /// Steps per second \[1/s\] that the tools and the clay's own speed ask for.
+    /// Steps per second \[1/s\] that the tools and the clay's own speed ask for; none is longer than
+    /// [`FRAME_MAX`].
     pub(super) fn implicit_rate(&self, accuracy: StepAccuracy, cell_width: f64, tools: &[ToolPath]) -> f64 {
         let tool_speed = tools.iter().map(ToolPath::speed_max).fold(0.0, f64::max);
         let by_tools = tool_speed / (accuracy.travel() * cell_width);
         let by_clay = self.speed / (CLAY_TRAVEL_MAX * cell_width);
-        by_tools.max(by_clay).max(self.time_step.map_or(0.0, |most| 1.0 / most))
+        by_tools.max(by_clay).max(1.0 / self.time_step.unwrap_or(f64::INFINITY).min(FRAME_MAX))
     }
 }
