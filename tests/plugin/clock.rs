@@ -46,7 +46,7 @@ fn tools_do_not_slash_through_clay_that_stood() {
             app.insert_resource(Stands(false));
         }),
         ("sleep", |app, _| {
-            app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs(3)));
+            app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs(8)));
             app.update();
         }),
     ];
