@@ -1,5 +1,7 @@
 //! The numbers of the implicit step that its judge and engines share.
 
+use glam::{DMat3, DVec3};
+
 /// Mass [full cells] below which a field is no unknown: of so little rounding alone is left. What is heavier
 /// must be one, however light: the preconditioner moves it, and a slope that does not see the forces there
 /// takes steps up for steps down. With 1e-2 in its place crumbs at rest flew off at a metre a second, and a
@@ -76,6 +78,13 @@ pub(super) fn smoothing(mu: f64, lambda: f64) -> f64 {
 /// tools [-]: of smooth motions their stiffness is less than the diagonal. Mean error of the force over five
 /// strokes at fifteen passes: 3.4 %, without 6.1; in steps half as long 1.7, without 1.4.
 pub(super) const RELAXED_STIFFNESS: f64 = 0.5;
+
+/// Where a node with forces `residual` out of balance goes that springs of this stiffness bear, and clay of
+/// this diagonal: what the springs would take of these forces moves it, along the springs alone.
+pub(super) fn relaxed(springs: DMat3, clay: DVec3, residual: DVec3) -> DVec3 {
+    let back = (springs + DMat3::from_diagonal(clay)).inverse();
+    -(back * (springs * (back * residual)))
+}
 
 /// Travel of clay in a frame of implicit steps \[cells\] below which it stands: .001 cells a second.
 pub(super) const STANDING_TRAVEL: f64 = 1e-5;

@@ -27,7 +27,7 @@
 //! 2108.03349).
 
 use super::tool::Contact;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Normal stiffness kappa over the clay's P-wave modulus `M = lambda + 2 mu` [-]: under three times the yield
 /// stress, a bearing tool's, clay with E = 55 sY stands in the tool by less than a hundredth of a cell.
@@ -140,14 +140,15 @@ impl Springs {
         Some(Touch { force: push * surface.normal - self.tangential * kept, anchor: Some(anchor) })
     }
 
-    /// The diagonal of the stiffness with which a surface gives `force` to a particle at `at`: the spring
-    /// across, along it the force over the slip.
-    pub(crate) fn stiffness(&self, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) -> DVec3 {
-        let across = surface.normal * surface.normal;
+    /// The stiffness with which a surface gives `force` to a particle at `at`: the spring across, along it
+    /// the force over the slip.
+    pub(crate) fn stiffness(&self, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) -> DMat3 {
+        let normal = surface.normal;
+        let across = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
         let slip = (at - anchor.unwrap_or(at)).reject_from_normalized(surface.normal).length();
         let along = force.reject_from_normalized(surface.normal).length();
         let tangential = if slip > 0.0 { along / slip } else { 0.0 };
-        self.normal * across + tangential * (1.0 - across)
+        across * (self.normal - tangential) + DMat3::from_diagonal(DVec3::splat(tangential))
     }
 
     /// The force along the normal at a gap: the slope of the potential, downwards.

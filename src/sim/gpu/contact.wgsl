@@ -150,21 +150,27 @@ fn masses_about(n: vec3i, sheet: u32) -> vec2f {
 }
 
 // Normal of a kept cut at a node, from back to front, not normalised: the slope of the front's share of the
-// tagged mass, fitted to the nodes about it (`cut::fitted_normal`). 0 where there is none.
+// tagged mass, fitted to the nodes about it, or the way from the back's centre to the front's
+// (`cut::fitted_normal`). 0 where there is none.
 fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
     var weight = 0.0;
     var share_sum = 0.0;
     var offset_sum = vec3f(0.0);
     var slope_sum = vec3f(0.0);
     var moment = mat3x3f();
+    var front = vec4f(0.0);
+    var back = vec4f(0.0);
     for (var i = 0; i < 27; i++) {
         let o = vec3i(i / 9, (i / 3) % 3, i % 3) - 1;
         let m = masses_about(n + o, sheet);
-        if min(m.x, m.y) <= 0.0 { continue; }
         let offset = vec3f(o);
         let off = abs(o);
+        let near = 1.0 / f32(1u << u32(off.x + off.y + off.z));
+        front += near * m.x * vec4f(offset, 1.0);
+        back += near * m.y * vec4f(offset, 1.0);
+        if min(m.x, m.y) <= 0.0 { continue; }
         let share = m.x / (m.x + m.y);
-        let w = share * m.y / f32(1u << u32(off.x + off.y + off.z));
+        let w = share * m.y * near;
         weight += w;
         share_sum += w * share;
         offset_sum += w * offset;
@@ -176,9 +182,13 @@ fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
     moment -= weight * mat3x3f(mean.x * mean, mean.y * mean, mean.z * mean);
     let more = NORMAL_REGULARISATION * (moment[0].x + moment[1].y + moment[2].z);
     moment += mat3x3f(vec3f(more, 0.0, 0.0), vec3f(0.0, more, 0.0), vec3f(0.0, 0.0, more));
-    // The matrix is symmetric and positive: its inverse is that of its cofactors, up to scale.
-    let slope = slope_sum - mean * share_sum;
-    return vec3f(dot(cross(moment[1], moment[2]), slope), dot(cross(moment[2], moment[0]), slope), dot(cross(moment[0], moment[1]), slope));
+    // The matrix is symmetric: its inverse is that of its cofactors, over its determinant.
+    let sum = slope_sum - mean * share_sum;
+    let cofactors = array(cross(moment[1], moment[2]), cross(moment[2], moment[0]), cross(moment[0], moment[1]));
+    let slope = vec3f(dot(cofactors[0], sum), dot(cofactors[1], sum), dot(cofactors[2], sum));
+    let determinant = dot(moment[0], cofactors[0]);
+    if determinant > 0.0 && length(slope) >= SHARE_SLOPE_MIN * determinant { return slope; }
+    return front.xyz / front.w - back.xyz / back.w;
 }
 
 // The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands

@@ -1,7 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
 //! directives.
 
-use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET};
+use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::Wall;
@@ -74,6 +74,7 @@ fn constants(classes: u32) -> String {
         ("FOUND_DEPTH", FOUND_DEPTH),
         ("MEETING_SHARE", MEETING_SHARE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
+        ("SHARE_SLOPE_MIN", SHARE_SLOPE_MIN),
         // Of the elastic strain b - I.
         ("PRINCIPAL_MIN", STRETCH_MIN * STRETCH_MIN - 1.0),
         ("PRINCIPAL_MAX", STRETCH_MAX * STRETCH_MAX - 1.0),

@@ -44,7 +44,7 @@ pub(super) struct TagReport {
 }
 
 /// Gives the particles of a block their sides of the blades among `tools`. In implicit steps what a blade has
-/// cut clings to it.
+/// cut clings to it, and what a plate's middle puts back is found in the plate.
 #[expect(clippy::cast_possible_truncation, reason = "offsets are f32")]
 pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mut [Cold], clings: bool) -> TagReport {
     let mut report = TagReport { tools: vec![Default::default(); tools.len()], ..TagReport::default() };
@@ -56,7 +56,7 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
         let (mut x, key) = (start, c.key());
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let Some(blade) = &tool.blade else { continue };
-            let near = blade.near(x - travelled, x);
+            let near = if clings { blade.near_implicitly(x - travelled, x) } else { blade.near(x - travelled, x) };
             let before = c.key();
             let takes = near.takes(cut::place(&c.tags, tool.sheet).is_some());
             if tool.is_solid() {
@@ -72,6 +72,9 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
                 x += near.normal * (f64::from(side) * SET_BACK - near.distance);
                 sum.pushed_back += 1;
                 sum.depth_max = sum.depth_max.max(near.distance.abs());
+                if clings && tool.is_solid() {
+                    let_go(&mut c.anchors, tool.id);
+                }
             }
         }
         if x != start {
@@ -84,6 +87,12 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
         }
     }
     report
+}
+
+/// Lets go of a plate: clay put back before its middle has not been pressed as deep as it stands now.
+fn let_go(anchors: &mut [Anchor], id: u32) {
+    let is_its = |kept: &&mut Anchor| kept.get().is_some_and(|kept| kept.0 == id);
+    anchors.iter_mut().filter(is_its).for_each(|kept| *kept = Anchor::default());
 }
 
 /// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, at `start`

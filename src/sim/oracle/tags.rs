@@ -13,21 +13,29 @@
 //! A plate's middle does the same to the particles beside it, but for as long as they are there: a side is
 //! dropped where the plate neither is near nor swept over the particle, and at the start of a frame without
 //! the plate; a particle that has sides of two other sheets takes none.
+//!
+//! In an implicit step the side is the one where the particle stands before the blade as that is at `t`, and
+//! what a plate puts back lets go of it, to come out as what is found in a tool: its springs, as deep as the
+//! middle is, would fling it off.
 
 use super::super::cut::{self, PLATE_SHEET};
 use super::super::frame::{FramePlan, FrameReport};
+use super::super::integrator::Integrator;
 use super::super::tool::SET_BACK;
 use super::particle::Particle;
 use super::tools::Surroundings;
+use glam::DVec3;
 
 /// Lets each blade of the plan, in order, tag the particles and put back those on the wrong side of it.
 pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
+    let is_implicit = matches!(around.plan.integrator, Integrator::Implicit { .. });
     for (tool, seen) in around.tools.iter().zip(&mut frame.tools) {
         let Some(blade) = tool.blade else { continue };
         let sheet = tool.path.sheet_id();
         for particle in particles.iter_mut() {
             let point = around.domain.to_world(particle.position);
-            let near = blade.near(point - particle.way * around.domain.cell_width, point);
+            let previous = point - particle.way * around.domain.cell_width;
+            let near = if is_implicit { blade.near_implicitly(previous, point) } else { blade.near(previous, point) };
             let takes = near.takes(cut::place(&particle.tags, sheet).is_some());
             if tool.is_solid() {
                 seen.tagged += u64::from(cut::beside_plate(&mut particle.tags, sheet, near.is_held, takes));
@@ -42,6 +50,10 @@ pub(super) fn take_sides(particles: &mut [Particle], around: &Surroundings, fram
                 particle.position = around.in_room(particle.position + near.normal * put_back);
                 seen.pushed_back += 1;
                 seen.depth_max = seen.depth_max.max(distance.abs());
+                if is_implicit && tool.is_solid() {
+                    let is_its = |kept: &&mut Option<(u32, DVec3)>| kept.is_some_and(|kept| kept.0 == tool.path.id);
+                    particle.anchors.iter_mut().filter(is_its).for_each(|kept| *kept = None);
+                }
             }
         }
     }
@@ -66,7 +78,6 @@ mod tests {
     use super::super::super::snapshot::Tag;
     use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
     use super::*;
-    use glam::DVec3;
 
     /// A particle at `height` \[cells\] with `tag`, after a level blade of sheet 1 (front up) rose from -0.2 to
     /// 0.2 cells.
@@ -98,6 +109,28 @@ mod tests {
         assert_eq!((seen.pushed_back, seen.tagged), (1, 1));
         assert_eq!(after_blade(-0.9, Tag::default()).1, Tag { sheet: 1, side: -1 });
         assert_eq!(after_blade(2.0, Tag::default()).1, Tag::default());
+    }
+
+    /// What a plate's middle puts back lets go of the plate in an implicit step, and else holds on to it.
+    #[test]
+    fn put_back_clay_lets_go_of_a_plate_in_implicit_steps() {
+        let domain = Domain::new(DVec3::splat(-8.0), DVec3::splat(8.0), 1.0, Walls::default()).expect("domain");
+        let shape = ToolShape::Box { half_size: DVec3::new(4.0, 4.0, 0.4) };
+        let path = ToolPath::still(7, Tool { shape, contact: Contact::Stick }, Pose::default());
+        let after = |integrator| {
+            let tools = vec![ToolPath { sheet: 240, ..path.clone() }];
+            let plan = FramePlan { tools, integrator, ..FramePlan::new(ClayMaterial::default(), 1.0, 1) };
+            let mut particle = Particle::at(domain.to_grid(DVec3::Z * -0.1), 1.0, 0);
+            particle.tags[0] = Tag { sheet: 240, side: 1 };
+            particle.anchors = [Some((7, DVec3::ZERO)), Some((8, DVec3::ONE))];
+            let mut frame = FrameReport { tools: vec![ToolReport::default()], ..FrameReport::default() };
+            take_sides(std::slice::from_mut(&mut particle), &Surroundings::new(&domain, &plan, 0.0), &mut frame);
+            assert_eq!(frame.tools[0].pushed_back, 1);
+            particle.anchors
+        };
+        let [other, both] = [[None, Some((8, DVec3::ONE))], [Some((7, DVec3::ZERO)), Some((8, DVec3::ONE))]];
+        assert_eq!(after(Integrator::Implicit { passes: 15 }), other);
+        assert_eq!(after(Integrator::default()), both);
     }
 
     /// The side of another cut is kept beside this blade's, and says nothing about it.

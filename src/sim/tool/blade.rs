@@ -241,6 +241,14 @@ impl Blade {
         }
     }
 
+    /// The same in an implicit step: its side is the one where it stands as the step begins. The step before
+    /// was long, and clay that left the blade in it seems to come from behind if it is set against where the
+    /// blade stands since.
+    pub(crate) fn near_implicitly(&self, previous: DVec3, point: DVec3) -> Near {
+        let is_behind = self.distance_before(1, point) < 0.0;
+        Near { side_before: if is_behind { -1 } else { 1 }, ..self.near(previous, point) }
+    }
+
     /// Whether a particle from beside the rim came to where it is through the blade. Its way is that of the
     /// substep before, when the blade was a step short of its start, and then the blade's of this one. Set
     /// against the start alone, clay that the blade pushes ahead of itself and past its rim would seem to
@@ -319,6 +327,16 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Clay that leaves a blade which has been put down has the side where it stands, however long the step
+    /// before was.
+    #[test]
+    fn leaving_point_has_the_side_where_it_stands() {
+        let (blade, now) = (blade(0.0, 0.0), DVec3::X * 0.2);
+        let before = now - DVec3::X * 0.25;
+        assert_eq!(blade.near(before, now).takes(false), Some(-1), "as if the blade had been there");
+        assert_eq!(blade.near_implicitly(before, now).takes(false), Some(1));
     }
 
     /// A point that the blade jumps over by 3 cells keeps the side it was on.

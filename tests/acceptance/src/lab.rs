@@ -1,10 +1,12 @@
 //! What the cases share: rooms, blocks of clay, and a bench that runs frames of it.
 
+use crate::report::Row;
 use bevy_clay::sim::params::WALL_NODE;
 use bevy_clay::sim::prelude::*;
 use clap::ValueEnum;
 use glam::{DQuat, DVec3, IVec3};
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Cell width of the cases \[m\]: not 1, so that a missing factor shows.
@@ -247,6 +249,23 @@ pub fn is_gpu() -> bool {
     GPU.get().is_some()
 }
 
+/// Whether [`Lab`]s run their frames in implicit steps.
+static IS_IMPLICIT: AtomicBool = AtomicBool::new(false);
+
+/// Whether the case runs [in implicit steps](in_implicit_steps).
+pub fn is_implicit() -> bool {
+    IS_IMPLICIT.load(Ordering::Relaxed)
+}
+
+/// Runs a case with the frames of its [`Lab`]s as long as they are, in the implicit steps that the planner
+/// makes of them; its rows say so. For a process that runs one case at a time.
+pub fn in_implicit_steps(case: fn(Size) -> Vec<Row>, size: Size) -> Vec<Row> {
+    IS_IMPLICIT.store(true, Ordering::Relaxed);
+    let rows = case(size);
+    IS_IMPLICIT.store(false, Ordering::Relaxed);
+    rows.into_iter().map(|row| Row { case: format!("in implicit steps, {}", row.case), ..row }).collect()
+}
+
 /// An engine without clay; the native one on `threads` cores, 0 for all.
 pub fn engine(threads: usize) -> Box<dyn Engine> {
     match GPU.get() {
@@ -282,11 +301,17 @@ impl Lab {
     /// Runs a frame of `steps` substeps with `tools`.
     pub fn frame_with(&mut self, steps: u32, tools: &[ToolPath]) -> FrameReport {
         let duration = self.plan.dt * f64::from(steps);
-        let Decision::Run(FramePlan { id, tools, .. }) = self.planner.frame(&self.plan.material, duration, tools) else {
+        let integrator = if is_implicit() { IntegratorChoice::Implicit } else { IntegratorChoice::Explicit };
+        self.planner.policy = Policy { integrator, gravity: self.plan.gravity, ..self.planner.policy };
+        let Decision::Run(planned) = self.planner.frame(&self.plan.material, duration, tools) else {
             unreachable!("no frame is under way");
         };
-        (self.plan.id, self.plan.steps, self.plan.tools) = (id, steps, tools);
-        self.engine.submit(self.plan.clone()).expect("a sound plan");
+        (self.plan.id, self.plan.steps, self.plan.tools) = (planned.id, steps, planned.tools);
+        let mut plan = self.plan.clone();
+        if is_implicit() {
+            (plan.integrator, plan.dt, plan.steps) = (planned.integrator, planned.dt, planned.steps);
+        }
+        self.engine.submit(plan).expect("a sound plan");
         self.planner.sent();
         let mut report = self.engine.wait().expect("the engine runs");
         self.planner.note(&mut report);

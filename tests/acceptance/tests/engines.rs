@@ -270,6 +270,33 @@ fn crumbs_rest_in_implicit_steps() {
     }
 }
 
+/// A blade that stands askew pushes free clay on as fast as it goes itself, and not off along its own axes: a
+/// preconditioner with the diagonal of its springs alone threw it aside at four fifths of that.
+#[test]
+fn askew_blade_pushes_clay_on_in_implicit_steps() {
+    let material = ClayMaterial { young_modulus: 5.5e6, yield_stress: 1e5, ..stiff() };
+    let mut s = block(IVec3::splat(8), 0.0, floor_walls(Wall::Separate), material);
+    s.particles.iter_mut().for_each(|p| p.set_grid(p.grid() + DVec3::Y * 3.0));
+    let normal = DVec3::new(0.13, 0.45, 0.88).normalize();
+    let blade = ToolShape::Blade { half_width: 9.0 * CELL, half_height: 9.0 * CELL };
+    let tool = Tool { shape: blade, contact: Contact::Slip };
+    let turn = DQuat::from_rotation_arc(DVec3::Z, normal);
+    let middle = s.particles.iter().map(Particle::grid).sum::<DVec3>() / s.particles.len() as f64;
+    let reach = s.particles.iter().map(|p| -(p.grid() - middle).dot(normal)).fold(0.0, f64::max);
+    let (dt, speed) = (1.0 / 90.0, 0.16);
+    let from = middle - normal * (reach + 0.1);
+    let mut p = FramePlan { dt, gravity: DVec3::ZERO, ..plan(&s, 1.0, 1, vec![]) };
+    p.integrator = Integrator::Implicit { passes: 15 };
+    p.tools = vec![ToolPath { sheet: 3, ..moving(&s, &p, tool, from, from + normal * (speed * dt / CELL), turn) }];
+    let mut engine = NativeEngine::new();
+    engine.load(&s).expect("load");
+    engine.submit(p).expect("submit");
+    let report = engine.wait().expect("report");
+    let mean = report.momentum / report.particle_mass;
+    let across = mean.reject_from_normalized(normal).length();
+    assert!((0.3 * speed..1.5 * speed).contains(&mean.dot(normal)) && across < 0.5 * speed, "{mean} of {speed}, {across} across");
+}
+
 /// Stiff clay in frames of one implicit step each, or of explicit ones, and a tool that goes `way` \[cells\] in
 /// each: the force on it along that.
 fn force_path(s: &Snapshot, integrator: Integrator, tool: Tool, at: DVec3, way: DVec3, turn: DQuat, frames: u32) -> Vec<f64> {

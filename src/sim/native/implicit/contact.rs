@@ -10,7 +10,7 @@ use super::super::contact::ToolNow;
 use super::super::grid_step::GridReport;
 use super::super::state::{Cold, Hot, unpack_cell};
 use super::super::walls::NearWall;
-use glam::{DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 
 /// Of a clearance [cells]: coordinates of some hundred cells are f32.
 const ROUNDING: f64 = 1e-3;
@@ -31,8 +31,8 @@ pub(super) struct Near<'a> {
 pub(super) struct Press {
     /// Impulse of the step over the particle's mass [cells/step].
     pub(super) velocity: [f32; 3],
-    /// The diagonal of minus its slope, over the mass [1/step].
-    pub(super) stiffness: [f32; 3],
+    /// Minus its slope, over the mass [1/step]: the diagonal, and what is opposite to it.
+    pub(super) stiffness: [[f32; 3]; 2],
 }
 
 impl<'a> Near<'a> {
@@ -85,13 +85,19 @@ impl<'a> Near<'a> {
                 report.push_by_wall(felt.on_walls);
             }
         }
-        Press { velocity: (sum.force / mass).as_vec3().to_array(), stiffness: (sum.stiffness / mass).as_vec3().to_array() }
+        let [x, y, z] = [sum.stiffness.x_axis, sum.stiffness.y_axis, sum.stiffness.z_axis];
+        let stiffness = [DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y)];
+        Press {
+            velocity: (sum.force / mass).as_vec3().to_array(),
+            stiffness: stiffness.map(|of| (of / mass).as_vec3().to_array()),
+        }
     }
 
     /// What acts on a particle of this rest volume [cells^3] that has come from the first place to the
     /// second.
     fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2]) -> Sum<'a> {
-        let mut sum = Sum { volume, ..Sum::default() };
+        // A matrix is the identity by default.
+        let mut sum = Sum { volume, stiffness: DMat3::ZERO, ..Sum::default() };
         self.by_tools(cold, way, &mut sum);
         self.by_blades(cold, way, &mut sum);
         self.by_walls(cold, way, &mut sum);
@@ -170,7 +176,7 @@ struct Sum<'a> {
     /// Rest volume [cells^3].
     volume: f64,
     force: DVec3,
-    stiffness: DVec3,
+    stiffness: DMat3,
     tools: Vec<(usize, &'a ToolNow, DVec3)>,
     on_walls: DVec3,
     anchors: [Anchor; ANCHORS_MAX],

@@ -51,8 +51,9 @@ pub(super) struct Class {
     pub(super) shared: Vec<Cell>,
     /// What stress and contact bring.
     pub(super) forces: Tile4,
-    /// What contact alone brings, where tools or walls are near; in the first evaluation its stiffness.
-    pub(super) contact: Option<Box<Tile4>>,
+    /// What contact alone brings, where tools or walls are near; in the first evaluation its stiffness, the
+    /// diagonal and what is opposite to it.
+    pub(super) contact: Option<Box<[Tile4; 2]>>,
 }
 
 impl Default for Class {

@@ -247,7 +247,7 @@ fn push(near: &Near<'_>, class: &mut Class, (hot, cold): (&[Hot], &[Cold]), u: &
     let way_max = u.length_max();
     let mut stiffness = class.contact.as_deref_mut().filter(|_| is_first);
     if let Some(stiffness) = &mut stiffness {
-        **stiffness = Tile4::ZERO;
+        **stiffness = [Tile4::ZERO; 2];
     }
     for ((eight, hot), cold) in class.eights.iter().zip(hot.chunks(8)).zip(cold.chunks(8)) {
         if eight.clear.0.iter().all(|clear| *clear > way_max) {
@@ -263,8 +263,10 @@ fn push(near: &Near<'_>, class: &mut Class, (hot, cold): (&[Hot], &[Cold]), u: &
             if press.velocity != [0.0; 3] {
                 stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut class.forces);
             }
-            if let Some(stiffness) = stiffness.as_deref_mut().filter(|_| press.stiffness != [0.0; 3]) {
-                stencils.add_one(k, press.stiffness.map(|s| s * hot.mass), stiffness);
+            if let Some(stiffness) = stiffness.as_deref_mut().filter(|_| press.stiffness != [[0.0; 3]; 2]) {
+                for (of, tile) in press.stiffness.iter().zip(stiffness) {
+                    stencils.add_one(k, of.map(|s| s * hot.mass), tile);
+                }
             }
         }
     }
@@ -292,7 +294,7 @@ pub(super) fn end_with<L: Pairs>(
         share(&class.shared, &class.eights, bent, 1.0);
     }
     if let Some(contact) = &mut class.contact {
-        **contact = Tile4::ZERO;
+        contact[0] = Tile4::ZERO;
     }
     let mut clamped = 0;
     for (i, ((hot, cold), eight)) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(&class.eights).enumerate() {
@@ -311,7 +313,7 @@ pub(super) fn end_with<L: Pairs>(
                 let eased = DVec3::from_array(stencils.mean_at(k, relaxed).map(f64::from));
                 let press = near.press(hot, &before, moved, Some((eased, cold, &mut **report)));
                 if let Some(contact) = class.contact.as_deref_mut().filter(|_| press.velocity != [0.0; 3]) {
-                    stencils.add_one(k, press.velocity.map(|v| v * hot.mass), contact);
+                    stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut contact[0]);
                 }
             }
         } else {

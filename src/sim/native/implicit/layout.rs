@@ -82,6 +82,16 @@ impl Layout {
         }
     }
 
+    /// The same of what is opposite to the diagonal: by components yz, zx and xy.
+    pub(super) fn fold_cross(&self, vector: &mut [Block3]) {
+        for Link { from, to, image } in &self.links {
+            for d in 0..3 {
+                let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
+                vector[to.0 as usize].0[d][usize::from(to.1)] += image[(d + 1) % 3] * image[(d + 2) % 3] * got;
+            }
+        }
+    }
+
     /// Gives linked nodes the image of what the nodes have that move in their place.
     pub(super) fn expand(&self, vector: &mut [Block3]) {
         for Link { from, to, image } in self.links.iter().rev() {

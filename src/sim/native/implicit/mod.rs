@@ -32,14 +32,14 @@ mod tile;
 mod vectors;
 
 use super::super::health::Health;
-use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, RELAXED_STIFFNESS};
+use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, RELAXED_STIFFNESS, relaxed};
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::particle_step::ParticleStep;
 use super::state::State;
 use super::walls::Arrivals;
 use eights::Class;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use multigrid::{Finest, Multigrid};
 use pairs::Pairs;
 use search::Search;
@@ -112,6 +112,8 @@ struct System<'a> {
     seconds: f64,
     /// What contact adds to the diagonal, at the first guess.
     springs: Vector,
+    /// The same beside the diagonal: yz, zx, xy.
+    cross: Vector,
 }
 
 /// One step of the particles, which are sorted and have taken their sides.
@@ -148,6 +150,7 @@ pub(super) fn step(
         search,
         seconds: 0.0,
         springs: vec![],
+        cross: vec![],
     };
     let least = system.minimise(passes)?;
     let mut report = system.end()?;
@@ -196,10 +199,10 @@ impl System<'_> {
     }
 
     /// What contact brought last: in the first evaluation its stiffness, at the end its forces.
-    fn contact(&self) -> Vector {
+    fn contact(&self, part: usize) -> Vector {
         let mut contact = vec![Block3::ZERO; self.pass.layout.slots.len()];
         for_each(&mut contact, |slot, contact| {
-            self.pass.sum(slot, self.classes, |class| class.contact.as_deref(), contact);
+            self.pass.sum(slot, self.classes, |class| class.contact.as_deref().map(|contact| &contact[part]), contact);
         });
         contact
     }
@@ -207,9 +210,14 @@ impl System<'_> {
     fn precondition(&mut self) {
         let began = Instant::now();
         let layout = self.pass.layout;
-        let mut extra = self.contact();
+        let [mut extra, mut cross] = [0, 1].map(|part| self.contact(part));
         layout.fold_diagonal(&mut extra);
+        layout.fold_cross(&mut cross);
         self.springs.clone_from(&extra);
+        self.cross.clone_from(&cross);
+        for cross in &mut cross {
+            cross.flat_mut().iter_mut().for_each(|cross| *cross *= CONTACT_SHARE as f32);
+        }
         for (extra, mass) in extra.iter_mut().zip(&self.nodes.mass) {
             for component in &mut extra.0 {
                 for k in 0..64 {
@@ -223,6 +231,7 @@ impl System<'_> {
             fill: &self.nodes.fill,
             diagonal: &self.nodes.diagonal,
             extra: &extra,
+            cross: &cross,
             live: &self.nodes.live,
             mu: law.mu2,
             lambda: 2.0 * law.lambda,
@@ -269,16 +278,22 @@ impl System<'_> {
         Ok(report)
     }
 
-    /// How much further nodes would come if each went by itself where it is in balance: of what the
+    /// How much further nodes would come if each went by itself where contact is in balance: of what the
     /// iterations left, tools and walls feel what that changes their springs by.
     fn relaxed(&self) -> Vec<Rows> {
         let (nodes, residual, springs) = (&self.nodes, &self.accepted.residual, &self.springs);
         let mut further = vec![Block3::ZERO; residual.len()];
         for_each(&mut further, |slot, further| {
-            let (residual, springs, splines) = (residual[slot].flat(), springs[slot].flat(), nodes.diagonal[slot].flat());
-            for (i, further) in further.flat_mut().iter_mut().enumerate().filter(|(i, _)| springs[*i] > 0.0) {
-                let own = RELAXED_STIFFNESS as f32 * (splines[i] + nodes.mass[slot][i % 64]);
-                *further = -residual[i] / (springs[i] + own);
+            let (springs, cross, splines) = (&springs[slot].0, &self.cross[slot].0, &nodes.diagonal[slot].0);
+            for k in (0..64).filter(|k| (0..3).any(|d| springs[d][*k] > 0.0)) {
+                let vector = |of: &[[f32; 64]; 3]| DVec3::from_array([0, 1, 2].map(|d| of[d][k].into()));
+                let (own, [yz, zx, xy]) = (vector(springs), vector(cross).to_array());
+                let contact = DMat3::from_cols(DVec3::new(own.x, xy, zx), DVec3::new(xy, own.y, yz), DVec3::new(zx, yz, own.z));
+                let clay = RELAXED_STIFFNESS * (vector(splines) + f64::from(nodes.mass[slot][k]));
+                let way = relaxed(contact, clay, vector(&residual[slot].0));
+                for d in 0..3 {
+                    further.0[d][k] = way[d] as f32;
+                }
             }
         });
         self.pass.layout.expand(&mut further);
@@ -290,7 +305,7 @@ impl System<'_> {
     /// The forces that R is judged by: inertia and contact together, or weight. At the step's end.
     fn scale(&self) -> f64 {
         let nodes = &self.nodes;
-        let mut outer = self.contact();
+        let mut outer = self.contact(0);
         self.pass.layout.fold(&mut outer);
         let (mut all, mut weights) = (0.0, 0.0);
         for (i, outer) in outer.iter().enumerate() {

@@ -43,8 +43,6 @@ impl Multigrid {
             let (fine, coarse) = (&mut fine[self.count - 1], &mut coarse[0]);
             coarse.set_slots(fine, &mut self.index);
             coarse.set_live(fine, &self.index);
-            let extra = if self.count == 1 { finest.extra } else { &fine.added };
-            restrict(&mut fine.partials, &fine.is_used, extra, &fine.inverse);
             coarse.set_coarse(fine, (finest.mu, finest.lambda), 1 << self.count, weight);
             let coarser = coarse.free_count();
             if coarser == free {

@@ -103,7 +103,7 @@ fn find_clearances(near: Option<&Near<'_>>, hot: &[Hot], class: &mut Class) {
         class.contact = None;
         return;
     };
-    class.contact.get_or_insert_with(|| Box::new(Tile4::ZERO));
+    class.contact.get_or_insert_with(|| Box::new([Tile4::ZERO; 2]));
     for (hot, eight) in hot.chunks(8).zip(&mut class.eights) {
         hot.iter().enumerate().for_each(|(k, hot)| eight.clear.0[k] = near.clearance(hot));
     }

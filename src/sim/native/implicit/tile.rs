@@ -11,7 +11,7 @@ use super::vectors::Block3;
 pub(super) struct Rows([Node4; 64]);
 
 /// The nodes -1 .. 5 about a block, in the order of [`Tile`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Tile4([Node4; Tile::LEN]);
 

@@ -22,15 +22,15 @@ use super::super::particle::Particle;
 use super::super::penalty::springs;
 use super::super::tools::{Moment, Surroundings};
 use super::super::walls::is_arrived;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// What tools and walls do to a particle at a place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Press {
     /// Force on the particle \[N\].
     pub(super) force: DVec3,
-    /// The diagonal of minus its slope [N/m].
-    pub(super) stiffness: DVec3,
+    /// Minus its slope [N/m].
+    pub(super) stiffness: DMat3,
     /// Tools that touch it, by index, with their forces on it.
     tools: Vec<(usize, DVec3)>,
     /// Force of walls \[N\].
@@ -45,7 +45,8 @@ pub(super) fn press(particle: &Particle, moved: DVec3, around: &Surroundings) ->
     let start = around.domain.to_world(particle.position);
     let at = start + moved;
     let springs = springs(particle.rest_volume, around);
-    let mut press = Press::default();
+    // A matrix is the identity by default.
+    let mut press = Press { stiffness: DMat3::ZERO, ..Press::default() };
     press.by_tools(particle, [start, at], &springs, around);
     press.by_blades(particle, [start, at], &springs, around);
     press.by_walls(particle, [start, at], &springs, around);

@@ -21,7 +21,7 @@
 
 use super::super::super::cut::CutKey;
 use super::super::super::implicit::{COARSE_SCALE, CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, PIVOT_MIN, smoothing};
-use glam::{DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A symmetric matrix by rows, and its diagonal.
@@ -67,7 +67,7 @@ pub(in crate::sim) struct Finest<'a> {
     /// The splines' diagonal \[N/m\].
     pub(in crate::sim) diagonal: Vec<DVec3>,
     /// Inertia and contact \[N/m\].
-    pub(in crate::sim) extra: Vec<DVec3>,
+    pub(in crate::sim) extra: Vec<DMat3>,
     /// Moduli \[Pa\].
     pub(in crate::sim) mu: f64,
     pub(in crate::sim) lambda: f64,
@@ -102,14 +102,16 @@ impl Multigrid {
         loop {
             layout.keep_filled();
             let free: Vec<DVec3> = layout.live.iter().map(|live| live.max(DVec3::ZERO)).collect();
-            extra.iter_mut().zip(&free).for_each(|(extra, free)| *extra *= *free);
+            extra.iter_mut().zip(&free).for_each(|(extra, free)| *extra = among(extra, *free));
+            let added: Vec<DVec3> =
+                extra.iter().map(|extra| if levels.is_empty() { diagonal_of(extra) } else { row_sums(extra) }).collect();
             let width = cell_width * f64::from(layout.scale);
             let mut matrices = [0, 1, 2].map(|a| elements(&layout, moduli[a] * width, a, &free));
             let own = |i: usize| DVec3::from_array([0, 1, 2].map(|a| matrices[a].diagonal[i]));
             let stiffest = |i: usize| splines.as_ref().map_or(own(i), |splines| splines[i].max(own(i)));
-            let diagonal = (0..free.len()).map(|i| stiffest(i) + extra[i]).collect();
+            let diagonal = (0..free.len()).map(|i| stiffest(i) + added[i]).collect();
             for (a, matrix) in matrices.iter_mut().enumerate() {
-                matrix.add_to_diagonal(&extra.iter().map(|extra| extra[a]).collect::<Vec<_>>());
+                matrix.add_to_diagonal(&added.iter().map(|added| added[a]).collect::<Vec<_>>());
             }
             splines = None;
             let (count, (mut coarse, parents)) = (count(&free), layout.coarser());
@@ -120,9 +122,9 @@ impl Multigrid {
                 levels.push(Level { free, matrices, diagonal, parents: vec![] });
                 return Self { levels, factors, smoothing: smoothing(mu, lambda) };
             }
-            let mut restricted = vec![DVec3::ZERO; coarse.places.len()];
+            let mut restricted = vec![DMat3::ZERO; coarse.places.len()];
             for (i, of) in parents.iter().enumerate() {
-                of.iter().for_each(|(parent, weight)| restricted[*parent] += *weight * free[i] * extra[i]);
+                of.iter().for_each(|(parent, weight)| restricted[*parent] += extra[i] * *weight);
             }
             levels.push(Level { free, matrices, diagonal, parents });
             (layout, extra) = (coarse, restricted);
@@ -248,6 +250,21 @@ fn elements(layout: &Layout<'_>, moduli: DVec3, a: usize, free: &[DVec3]) -> Mat
         }
     }
     matrix
+}
+
+/// What of a matrix is among free components.
+fn among(matrix: &DMat3, free: DVec3) -> DMat3 {
+    let free = DMat3::from_diagonal(free);
+    free * *matrix * free
+}
+
+fn diagonal_of(matrix: &DMat3) -> DVec3 {
+    DVec3::new(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z)
+}
+
+/// The sum of each row's magnitudes: a diagonal that is no softer than the matrix in any direction.
+fn row_sums(matrix: &DMat3) -> DVec3 {
+    matrix.x_axis.abs() + matrix.y_axis.abs() + matrix.z_axis.abs()
 }
 
 /// Unknowns that are free along some axis.

@@ -13,7 +13,7 @@
 
 use super::super::super::frame::FrameReport;
 use super::super::super::implicit::{
-    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, RELAXED_STIFFNESS, SHARED_WITHIN,
+    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, RELAXED_STIFFNESS, SHARED_WITHIN, relaxed,
 };
 use super::super::grid::Grid;
 use super::super::law;
@@ -247,8 +247,8 @@ impl<'a> System<'a> {
         let (plan, cell_width) = (self.around.plan, self.around.domain.cell_width);
         let (mu, lambda) = (plan.material.lame_mu(), plan.material.lame_lambda());
         let (diagonal, springs) = self.diagonals(u);
-        let extra = |(unknown, springs): (&super::unknowns::Unknown, &DVec3)| {
-            DVec3::splat(unknown.mass / plan.dt.powi(2)) + CONTACT_SHARE * *springs
+        let extra = |(unknown, springs): (&super::unknowns::Unknown, &DMat3)| {
+            DMat3::from_diagonal(DVec3::splat(unknown.mass / plan.dt.powi(2))) + *springs * CONTACT_SHARE
         };
         let extra = self.unknowns.all.iter().zip(&springs).map(extra).collect();
         let mut fill = BTreeMap::new();
@@ -281,26 +281,26 @@ impl<'a> System<'a> {
         }
     }
 
-    /// How much further nodes would come \[m\] if each went by itself where it is in balance, with the
+    /// How much further nodes would come \[m\] if each went by itself where contact is in balance, with the
     /// springs that it had at `guess`: of what the iterations left, tools and walls feel what that changes
     /// their springs by.
     pub(super) fn relaxed(&self, guess: &[DVec3], slope: &Slope) -> Vec<DVec3> {
         let (splines, springs) = self.diagonals(guess);
-        let relaxed = |i: usize| {
+        let way = |i: usize| {
             let inertia = DVec3::splat(self.unknowns.all[i].mass / self.around.plan.dt.powi(2));
             let own = RELAXED_STIFFNESS * (splines[i] + inertia);
-            let way = |a: usize| if springs[i][a] > 0.0 { -slope.residual[i][a] / (springs[i][a] + own[a]) } else { 0.0 };
-            DVec3::from_array([0, 1, 2].map(way))
+            let is_touched = springs[i] != DMat3::ZERO;
+            if is_touched { relaxed(springs[i], own, slope.residual[i]) } else { DVec3::ZERO }
         };
-        (0..splines.len()).map(relaxed).collect()
+        (0..splines.len()).map(way).collect()
     }
 
-    /// The splines' own diagonal, and that of contact with the displacements `u` [N/m].
-    fn diagonals(&self, u: &[DVec3]) -> (Vec<DVec3>, Vec<DVec3>) {
+    /// The splines' own diagonal, and the stiffness of contact with the displacements `u` [N/m].
+    fn diagonals(&self, u: &[DVec3]) -> (Vec<DVec3>, Vec<DMat3>) {
         let (material, cell_width) = (&self.around.plan.material, self.around.domain.cell_width);
         let (mu, lambda) = (material.lame_mu(), material.lame_lambda());
         let mut splines = vec![DVec3::ZERO; self.unknowns.all.len()];
-        let mut springs = splines.clone();
+        let mut springs = vec![DMat3::ZERO; self.unknowns.all.len()];
         for (particle, station) in self.particles.iter().zip(&self.stations) {
             let press = contact::press(particle, self.motion(station, u).moved, self.around);
             for (seat, weight, arm) in &station.touches {
@@ -308,7 +308,8 @@ impl<'a> System<'a> {
                 let arms = *arm * *arm;
                 let stiffness = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
                 splines[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * stiffness;
-                springs[seat.unknown] += *weight * press.stiffness;
+                let image = DMat3::from_diagonal(seat.image);
+                springs[seat.unknown] += image * press.stiffness * image * *weight;
             }
         }
         (splines, springs)

@@ -32,7 +32,7 @@ pub mod tatara;
 pub mod undo;
 pub mod work;
 
-use crate::lab::{EngineKind, Size};
+use crate::lab::{EngineKind, Size, in_implicit_steps};
 use crate::report::Row;
 use clap::ValueEnum;
 use serde::Serialize;
@@ -100,6 +100,13 @@ const fn stability(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<R
 
 const fn implicit_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Implicit, name, run, quick_rows, is_native_only: true }
+}
+
+/// A case of another suite, with the frames that it runs in implicit steps.
+macro_rules! implicitly {
+    ($name:literal, $quick_rows:literal, $case:path) => {
+        implicit_case(concat!($name, " in implicit steps"), $quick_rows, |size| in_implicit_steps($case, size))
+    };
 }
 
 const fn speed(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
@@ -172,6 +179,21 @@ pub const CASES: &[Case] = &[
     implicit_case("implicit sparse", 6, implicit::sparse),
     implicit_case("implicit determinism", 1, implicit::determinism),
     implicit_case("implicit scenes", 4, implicit::scenes),
+    // Not those that judge the explicit step itself, that take inputs which implicit steps refuse, or that
+    // are about waves, flight and impact, for which explicit steps are there.
+    implicitly!("momentum", 14, contact::momentum),
+    implicitly!("tool offset", 2, contact::tool_offset),
+    implicitly!("punch", 7, prandtl::punch),
+    implicitly!("blade force", 4, edge::force),
+    implicitly!("work of tools", 6, work::tools),
+    implicitly!("strips", 9, strip::forces),
+    implicitly!("held ball", 1, press::held_ball),
+    implicitly!("time steps", 3, press::time_steps),
+    implicitly!("squeezed ball", 1, press::directions),
+    implicitly!("parted clay", 3, press::parted),
+    implicitly!("blade withdrawn", 4, blade::withdrawn),
+    implicitly!("blade at rest", 2, blade::at_rest),
+    implicitly!("creep", 2, storage::creep),
     surface_case("random fields", 6, surface::random_fields),
     surface_case("cuts", 5, surface::cuts),
     surface_case("meeting cuts", 5, surface::meeting_cuts),

@@ -3,7 +3,7 @@
 use super::super::super::super::cut::CutKey;
 use super::super::super::nodes::{local, offset};
 use super::super::layout::{Index, Layout, Link, Place};
-use super::super::vectors::{Block3, Vector, for_each};
+use super::super::vectors::{Block3, Vector, for_each, for_each_pair};
 use super::elements::{self, Cells, Modes};
 use super::transfer::{self, Partial};
 use glam::IVec3;
@@ -18,6 +18,8 @@ pub(in super::super) struct Finest<'a> {
     pub(in super::super) diagonal: &'a [Block3],
     /// Inertia and contact.
     pub(in super::super) extra: &'a [Block3],
+    /// What the latter has beside that diagonal: yz, zx, xy.
+    pub(in super::super) cross: &'a [Block3],
     /// 1 where clay moves, -1 where a wall holds it, 0 elsewhere.
     pub(in super::super) live: &'a [Block3],
     /// Moduli, in the units of the other two.
@@ -39,6 +41,9 @@ pub(super) struct Level {
     reached: Vec<u64>,
     /// What the diagonal has beyond that.
     pub(super) added: Vector,
+    /// Inertia and contact, of which that is made: their diagonal, and what is beside it.
+    pub(super) extra: Vector,
+    pub(super) cross: Vector,
     /// 1 where clay moves, -1 where a wall holds it, 0 elsewhere.
     pub(super) live: Vector,
     /// The smoother's weight over the diagonal.
@@ -78,9 +83,12 @@ impl Level {
         self.live.clear();
         self.live.extend_from_slice(finest.live);
         self.set_own((finest.lambda + 4.0 * finest.mu) / 9.0);
-        self.added.clear();
-        self.added.extend_from_slice(finest.extra);
-        self.mask_added();
+        self.extra.clear();
+        self.extra.extend_from_slice(finest.extra);
+        self.cross.clear();
+        self.cross.extend_from_slice(finest.cross);
+        self.mask_extra();
+        self.added.clone_from(&self.extra);
         self.set_inverse(Some(finest.diagonal), weight);
     }
 
@@ -166,9 +174,8 @@ impl Level {
         }
     }
 
-    /// The operators on slots that are there already, of the level before with its extra diagonal in its
-    /// partial sums.
-    pub(super) fn set_coarse(&mut self, fine: &Self, (mu, lambda): (f32, f32), width: i32, weight: f32) {
+    /// The operators on slots that are there already, of the level before.
+    pub(super) fn set_coarse(&mut self, fine: &mut Self, (mu, lambda): (f32, f32), width: i32, weight: f32) {
         let count = self.layout.slots.len();
         let children = std::mem::take(&mut self.children);
         // The eight of it by the child that they are in, and the first of them there.
@@ -188,12 +195,39 @@ impl Level {
         let width = width as f32;
         self.set_cells(Modes::new(mu, lambda, width));
         self.set_own(width * (lambda + 4.0 * mu) / 9.0);
-        self.added.resize(count, Block3::ZERO);
-        for_each(&mut self.added, |slot, added| transfer::collect(&children[slot], &fine.partials, added));
-        self.layout.fold(&mut self.added);
-        self.mask_added();
-        self.set_inverse(None, weight);
         self.children = children;
+        self.take_extra(fine);
+        self.set_added();
+        self.set_inverse(None, weight);
+    }
+
+    /// Restricts inertia and contact.
+    fn take_extra(&mut self, fine: &mut Self) {
+        const ALL: Block3 = Block3([[1.0; 64]; 3]);
+        let children = &self.children;
+        for (own, of) in [(&mut self.extra, &fine.extra), (&mut self.cross, &fine.cross)] {
+            for_each(&mut fine.partials, |slot, partial| transfer::restrict(&of[slot], &ALL, partial));
+            own.resize(children.len(), Block3::ZERO);
+            for_each(own, |slot, own| transfer::collect(&children[slot], &fine.partials, own));
+        }
+        self.layout.fold(&mut self.extra);
+        self.layout.fold_cross(&mut self.cross);
+        self.mask_extra();
+    }
+
+    /// A diagonal that is no softer than inertia and contact in any direction: the sum of each row's
+    /// magnitudes. The rows' own diagonal is soft along axes that a face is nearly along, and what it pushed
+    /// went off along them.
+    fn set_added(&mut self) {
+        self.added.clone_from(&self.extra);
+        let cross = &self.cross;
+        for_each(&mut self.added, |slot, added| {
+            for n in 0..64 {
+                let [yz, zx, xy] = [0, 1, 2].map(|d| cross[slot].0[d][n].abs());
+                let beside = [xy + zx, yz + xy, zx + yz];
+                (0..3).for_each(|d| added.0[d][n] += beside[d]);
+            }
+        });
     }
 
     fn set_cells(&mut self, modes: Modes) {
@@ -227,11 +261,18 @@ impl Level {
         });
     }
 
-    /// Leaves of the extra diagonal what is where clay moves.
-    fn mask_added(&mut self) {
+    /// Leaves of inertia and contact what is where clay moves.
+    fn mask_extra(&mut self) {
         let live = &self.live;
-        for_each(&mut self.added, |slot, added| {
-            added.flat_mut().iter_mut().zip(live[slot].flat()).for_each(|(added, live)| *added *= live.max(0.0));
+        let is_live = |slot: usize, d: usize, n: usize| live[slot].0[d % 3][n] > 0.0;
+        for_each_pair(&mut self.extra, &mut self.cross, |slot, extra, cross| {
+            for d in 0..3 {
+                for n in 0..64 {
+                    extra.0[d][n] = if is_live(slot, d, n) { extra.0[d][n] } else { 0.0 };
+                    let is_both = is_live(slot, d + 1, n) && is_live(slot, d + 2, n);
+                    cross.0[d][n] = if is_both { cross.0[d][n] } else { 0.0 };
+                }
+            }
         });
     }
 

@@ -8,7 +8,7 @@ use crate::sim::native::nodes::{local, offset};
 use crate::sim::oracle::implicit::multigrid as oracle;
 use crate::sim::params::BLOCK;
 use crate::sim::snapshot::Tag;
-use glam::{DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
 const MU: f32 = 1.5;
@@ -35,6 +35,7 @@ struct Case {
     fill: Vec<[f32; 64]>,
     diagonal: Vector,
     extra: Vector,
+    cross: Vector,
     live: Vector,
     index: Index,
     /// Nodes of slots that are no unknowns, with those in their place; none for outer nodes of walls.
@@ -124,7 +125,7 @@ impl Case {
     fn fill(&mut self, cells: &BTreeMap<([i32; 3], CutKey), f32>, wall: Option<i32>) {
         let count = self.layout.slots.len();
         self.fill = vec![[0.0; 64]; count];
-        for vector in [&mut self.diagonal, &mut self.extra, &mut self.live] {
+        for vector in [&mut self.diagonal, &mut self.extra, &mut self.cross, &mut self.live] {
             vector.resize(count, Block3::ZERO);
         }
         let mut reached = BTreeMap::new();
@@ -143,7 +144,8 @@ impl Case {
             for a in 0..3 {
                 let value = |vector: &mut Vector, value: f32| vector[slot as usize].0[a][usize::from(n)] = value;
                 value(&mut self.diagonal, 8.0 * noise(node, 1 + a as u32));
-                value(&mut self.extra, noise(node, 4 + a as u32));
+                value(&mut self.extra, 0.5 + noise(node, 4 + a as u32));
+                value(&mut self.cross, 0.5 * (noise(node, 30 + a as u32) - 0.5));
                 let is_held = noise(node, 7) < 0.05 || (a == 0 && Some(node.x) == wall);
                 value(&mut self.live, if is_held { -1.0 } else { 1.0 });
             }
@@ -172,8 +174,8 @@ impl Case {
     }
 
     fn finest(&self) -> Finest<'_> {
-        let Self { layout, fill, diagonal, extra, live, .. } = self;
-        Finest { layout, fill, diagonal, extra, live, mu: MU, lambda: LAMBDA }
+        let Self { layout, fill, diagonal, extra, cross, live, .. } = self;
+        Finest { layout, fill, diagonal, extra, cross, live, mu: MU, lambda: LAMBDA }
     }
 
     fn multigrid(&self) -> Multigrid {
@@ -234,7 +236,7 @@ impl Case {
             find: Box::new(find),
             fill,
             diagonal: taken(&self.diagonal),
-            extra: taken(&self.extra),
+            extra: taken(&self.extra).into_iter().zip(taken(&self.cross)).map(symmetric).collect(),
             mu: MU.into(),
             lambda: LAMBDA.into(),
             cell_width: 1.0,
@@ -243,6 +245,12 @@ impl Case {
         let z = multigrid.cycle(&taken(r));
         (unknowns.iter().map(|unknown| unknown.0).zip(z).collect(), multigrid.level_count())
     }
+}
+
+/// A symmetric matrix by its diagonal and by yz, zx and xy.
+fn symmetric((diagonal, cross): (DVec3, DVec3)) -> DMat3 {
+    let [yz, zx, xy] = cross.to_array();
+    DMat3::from_cols(DVec3::new(diagonal.x, xy, zx), DVec3::new(xy, diagonal.y, yz), DVec3::new(zx, yz, diagonal.z))
 }
 
 /// A ball with holes and cells that are full in part, about a place with negative coordinates.

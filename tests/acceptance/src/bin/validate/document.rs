@@ -222,7 +222,8 @@ mod tests {
         assert!(drawn == picture, "docs/images/{NAME}.png is not what docs/data says: {rule}");
         for case in CASES.iter().filter(|c| !matches!(c.suite, Suite::Surface | Suite::Speed)) {
             assert!(summary.contains(&format!("\n| {} |", case.name)), "no row of {}", case.name);
-            assert!(EVIDENCE.iter().any(|e| e.case == case.name), "no evidence of {}", case.name);
+            let name = evidence::case_of(case.name);
+            assert!(EVIDENCE.iter().any(|e| e.case == name), "no evidence of {name}");
         }
         let results: Vec<Outcome> = data::read(&data::outcomes(&docs())).expect("the record");
         let is_same = with_tables(page.clone(), &results).as_ref() == Ok(&page);

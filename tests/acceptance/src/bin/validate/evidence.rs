@@ -24,7 +24,13 @@ const fn compared(case: &'static str, rows: &'static str, exact: &'static str, p
 
 /// The evidence of a row, if any: that of the longest name it starts with.
 pub(crate) fn of<'a>(all: &'a [Evidence], case: &str, row: &str) -> Option<&'a Evidence> {
+    let (case, row) = (case_of(case), row.strip_prefix("in implicit steps, ").unwrap_or(row));
     all.iter().filter(|e| e.case == case && row.starts_with(e.rows)).max_by_key(|e| e.rows.len())
+}
+
+/// The case that one in implicit steps repeats: what judges it is the same.
+pub(crate) fn case_of(case: &str) -> &str {
+    case.strip_suffix(" in implicit steps").unwrap_or(case)
 }
 
 /// In the order of the cases.

@@ -31,10 +31,10 @@ struct Scene {
 struct Outcome {
     /// Whether a particle was not finite, or the grid lost clay.
     is_broken: bool,
-    /// Most energy that the clay had and nobody gave it, over all that it had and was given [-], after frames
-    /// without a flag.
+    /// Most energy that the clay had and nobody gave it, over what it had and forces times ways of what gave
+    /// it some [-], after frames without a flag.
     gained: f64,
-    /// The same after any frame.
+    /// The same after the others.
     gained_flagged: f64,
     /// Frames that said that they were poor.
     flagged: u32,
@@ -140,7 +140,7 @@ fn tool(lots: &mut Lots, clay: &Snapshot, id: u32) -> Mover {
     let turn = DQuat::from_axis_angle(lots.vector().normalize_or(DVec3::Y), lots.within(0.0, 3.0));
     let mut mover = Mover::new(&clay.domain, shape, contact(lots), middle + lots.vector(), turn);
     let nearest = |mover: &Mover| {
-        let distance = |p| mover.tool.shape.distance(mover.pose.to_local(clay.domain.to_world(place(p))));
+        let distance = |p: &Particle| mover.tool.shape.distance(mover.pose.to_local(clay.domain.to_world(p.grid())));
         clay.particles.iter().map(distance).fold(f64::INFINITY, f64::min)
     };
     while nearest(&mover) < GAP * DX {
@@ -204,14 +204,13 @@ impl Scene {
             let paths: Vec<ToolPath> = self.movers.iter_mut().map(|m| m.path(FRAME)).collect();
             let before = self.clay_height(&planned);
             let report = planned.frame(FRAME, &paths);
-            let works = report.tools.iter().filter_map(|tool| {
-                let mover = self.movers.iter().find(|m| m.id == tool.id)?;
-                Some(-tool.impulse.dot(mover.velocity))
-            });
             let fallen = self.gravity.y * density * (self.clay_height(&planned) - before);
-            let works: Vec<f64> = works.chain([fallen]).collect();
-            given += works.iter().sum::<f64>();
-            scale += works.iter().map(|w| w.abs()).sum::<f64>();
+            (given, scale) = (given + fallen, scale + fallen.abs());
+            for tool in &report.tools {
+                let Some(mover) = self.movers.iter().find(|m| m.id == tool.id) else { continue };
+                given -= tool.impulse.dot(mover.velocity);
+                scale += tool.impulse.length() * mover.velocity.length();
+            }
             let energy = report.energies.kinetic + report.energies.elastic;
             if frame == self.jump.0 {
                 // Springs of a tool that is put into clay hold energy that no way of it gave.
@@ -222,6 +221,10 @@ impl Scene {
             outcome.flagged += u32::from(is_flagged);
             let most = if is_flagged { &mut outcome.gained_flagged } else { &mut outcome.gained };
             *most = most.max(gained);
+            if is_flagged {
+                // What poor frames gained is not counted again after them.
+                given = given.max(energy);
+            }
             let is_lost = report.health.contains(Health::MASS_LOST);
             outcome.is_broken |= is_lost || !energy.is_finite() || !is_sound(&planned.particles());
         }
