@@ -31,7 +31,7 @@ pub(super) struct Near<'a> {
 pub(super) struct Press {
     /// Impulse of the step over the particle's mass [cells/step].
     pub(super) velocity: [f32; 3],
-    /// Minus its slope, over the mass [1/step]: the diagonal, and what is opposite to it.
+    /// Minus its slope, over the mass [1/step]: the diagonal, and what is beside it.
     pub(super) stiffness: [[f32; 3]; 2],
 }
 

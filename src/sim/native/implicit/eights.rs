@@ -52,7 +52,7 @@ pub(super) struct Class {
     /// What stress and contact bring.
     pub(super) forces: Tile4,
     /// What contact alone brings, where tools or walls are near; in the first evaluation its stiffness, the
-    /// diagonal and what is opposite to it.
+    /// diagonal and what is beside it.
     pub(super) contact: Option<Box<[Tile4; 2]>>,
 }
 

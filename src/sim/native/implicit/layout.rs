@@ -82,7 +82,7 @@ impl Layout {
         }
     }
 
-    /// The same of what is opposite to the diagonal: by components yz, zx and xy.
+    /// The same of what is beside the diagonal: by components yz, zx and xy.
     pub(super) fn fold_cross(&self, vector: &mut [Block3]) {
         for Link { from, to, image } in &self.links {
             for d in 0..3 {

@@ -7,7 +7,8 @@
 //! terms that couple components. `phi` is the clay's rest volume over the cell's, of each class apart, which
 //! a particle brings to the eight cells whose middles are about it; beyond walls it is brought back. Of a
 //! coarse cell it is the mean of its eight. The extra diagonal is inertia `m / h^2` and the springs of
-//! contact; coarse levels have it restricted.
+//! contact, of which the finest level has the diagonal. Coarse levels have them restricted, as matrices, and
+//! of those the sums of each row's magnitudes: no softer in any direction.
 //!
 //! Nodes with too little clay to be unknowns of the step are unknowns here, with nothing to be solved for:
 //! the surface of clay is free, and a body moves as one. Of a coarse node see [`Layout::coarser`].
