@@ -260,8 +260,8 @@ impl FramePlan {
 pub struct ToolReport {
     /// The path's id.
     pub id: u32,
-    /// Impulse of the clay on the tool \[N s\]; in implicit steps of the springs when the nodes have been
-    /// relaxed once more.
+    /// Impulse of the clay on the tool \[N s\]; in implicit steps that of its springs, and along its way what
+    /// makes its work that which the clay takes.
     pub impulse: DVec3,
     /// Angular impulse of the clay on the tool about its origin \[N m s\].
     pub angular_impulse: DVec3,

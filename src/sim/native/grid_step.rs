@@ -92,8 +92,6 @@ pub(super) struct GridReport {
     /// Momentum given by body forces other than gravity.
     pub body_impulse: DVec3,
     pub impulse_scale: f64,
-    /// What particles got of tools and walls beyond what these felt, in implicit steps.
-    pub unfelt: DVec3,
     /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
     pub tools: Vec<(DVec3, DVec3, u64)>,
 }
@@ -121,7 +119,6 @@ impl GridReport {
         self.damping_impulse += other.damping_impulse;
         self.body_impulse += other.body_impulse;
         self.impulse_scale += other.impulse_scale;
-        self.unfelt += other.unfelt;
         for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
             *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
         }

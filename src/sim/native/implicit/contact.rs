@@ -65,24 +65,21 @@ impl<'a> Near<'a> {
     }
 
     /// What presses on a particle that has moved by `moved` \[cells\]; with a report the step ends so:
-    /// anchors and walls are kept, and tools and walls get the impulses that they would give it `eased`
-    /// further.
-    pub(super) fn press(&self, hot: &Hot, cold: &Cold, moved: DVec3, end: Option<(DVec3, &mut Cold, &mut GridReport)>) -> Press {
+    /// anchors and walls are kept, and tools and walls get the impulses.
+    pub(super) fn press(&self, hot: &Hot, cold: &Cold, moved: DVec3, end: Option<(&mut Cold, &mut GridReport)>) -> Press {
         let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
         let start = cell + DVec3::from_array(hot.offset.map(f64::from));
         let mass = f64::from(hot.mass);
         let sum = self.at(mass / 8.0, cold, [start, start + moved]);
-        if let Some((eased, kept, report)) = end {
+        if let Some((kept, report)) = end {
             kept.anchors = sum.anchors;
             kept.walls = kept.walls & !separating(&self.walls) | sum.walls;
-            let felt = self.at(mass / 8.0, cold, [start, start + moved + eased]);
-            report.unfelt += sum.force - felt.force;
-            for (index, tool, force) in &felt.tools {
+            for (index, tool, force) in &sum.tools {
                 report.give(*index, tool, start + moved, -*force);
                 report.tools[*index].2 += 1;
             }
-            if felt.on_walls != DVec3::ZERO {
-                report.push_by_wall(felt.on_walls);
+            if sum.on_walls != DVec3::ZERO {
+                report.push_by_wall(sum.on_walls);
             }
         }
         let [x, y, z] = [sum.stiffness.x_axis, sum.stiffness.y_axis, sum.stiffness.z_axis];

@@ -272,8 +272,8 @@ fn push(near: &Near<'_>, class: &mut Class, (hot, cold): (&[Hot], &[Cold]), u: &
     }
 }
 
-/// Ends the step of a class of a block at the displacements `u`, from where nodes would come `relaxed`
-/// further; leaves what contact brings in the class. Returns the number of particles clamped.
+/// Ends the step of a class of a block at the displacements `u`; leaves what contact brings in the class.
+/// Returns the number of particles clamped.
 #[inline(always)]
 pub(super) fn end_with<L: Pairs>(
     Evaluation { step, averaging, .. }: &Evaluation,
@@ -281,7 +281,7 @@ pub(super) fn end_with<L: Pairs>(
     place: &Place<'_>,
     (hot, cold): (&mut [Hot], &mut [Cold]),
     mut near: Option<(&Near<'_>, &mut GridReport)>,
-    [u, relaxed]: [&Tile4; 2],
+    u: &Tile4,
     bent: &mut Vec<Bent>,
 ) -> u32 {
     let shares = *averaging > 0.0 && !class.shared.is_empty();
@@ -310,8 +310,7 @@ pub(super) fn end_with<L: Pairs>(
         if let Some((near, report)) = &mut near {
             for (k, (hot, cold)) in hot.iter().zip(&mut *cold).enumerate() {
                 let (before, moved) = (*cold, DVec3::from_array([0, 1, 2].map(|d| got[3][d].0[k].into())));
-                let eased = DVec3::from_array(stencils.mean_at(k, relaxed).map(f64::from));
-                let press = near.press(hot, &before, moved, Some((eased, cold, &mut **report)));
+                let press = near.press(hot, &before, moved, Some((cold, &mut **report)));
                 if let Some(contact) = class.contact.as_deref_mut().filter(|_| press.velocity != [0.0; 3]) {
                     stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut contact[0]);
                 }

@@ -32,21 +32,22 @@ mod tile;
 mod vectors;
 
 use super::super::health::Health;
-use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, RELAXED_STIFFNESS, relaxed};
+use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, Working, is_about};
+use super::super::params::BLOCK;
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::particle_step::ParticleStep;
 use super::state::State;
 use super::walls::Arrivals;
 use eights::Class;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use multigrid::{Finest, Multigrid};
 use pairs::Pairs;
 use search::Search;
 use slope::Pass;
 use std::time::Instant;
 use tile::Rows;
-use vectors::{Block3, Vector, dot, for_each, for_each_pair};
+use vectors::{Block3, Vector, dot, dot_of, for_each, for_each_pair};
 
 /// Greatest way of a node in a step \[cells\]: particles' stencils stand half of it away from their cells.
 const WAY_MAX: f32 = 1.5;
@@ -110,10 +111,6 @@ struct System<'a> {
     search: &'a mut Search,
     /// What the preconditioner and L-BFGS took \[s\].
     seconds: f64,
-    /// What contact adds to the diagonal, at the first guess.
-    springs: Vector,
-    /// The same beside the diagonal: yz, zx, xy.
-    cross: Vector,
 }
 
 /// One step of the particles, which are sorted and have taken their sides.
@@ -135,23 +132,8 @@ pub(super) fn step(
     let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
     let [slope, accepted] = slopes;
     let (gravity, nodes, sides) = (nodes.gravity, begun.nodes, begun.sides);
-    let mut system = System {
-        state,
-        classes,
-        rows,
-        multigrid,
-        pass,
-        gravity,
-        nodes,
-        sides,
-        u,
-        slope,
-        accepted,
-        search,
-        seconds: 0.0,
-        springs: vec![],
-        cross: vec![],
-    };
+    let mut system =
+        System { state, classes, rows, multigrid, pass, gravity, nodes, sides, u, slope, accepted, search, seconds: 0.0 };
     let least = system.minimise(passes)?;
     let mut report = system.end()?;
     (report.passes, report.rejected, report.seconds) = (least.passes, least.rejected, system.seconds);
@@ -213,8 +195,6 @@ impl System<'_> {
         let [mut extra, mut cross] = [0, 1].map(|part| self.contact(part));
         layout.fold_diagonal(&mut extra);
         layout.fold_cross(&mut cross);
-        self.springs.clone_from(&extra);
-        self.cross.clone_from(&cross);
         for cross in &mut cross {
             cross.flat_mut().iter_mut().for_each(|cross| *cross *= CONTACT_SHARE as f32);
         }
@@ -268,38 +248,38 @@ impl System<'_> {
         if report.grid.speed_max > WAY_MAX {
             return Err(Health::SPEED);
         }
-        let further = self.relaxed();
-        let (clamped, felt) = self.pass.end(self.state, self.classes, [self.rows, &further]);
+        let (clamped, mut felt) = self.pass.end(self.state, self.classes, self.rows);
+        report.unbalanced += self.balance_work(&mut felt);
         report.residual = residual.sqrt() / self.scale().max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];
         report.grid.add(&felt);
-        report.unbalanced += felt.unfelt;
         report.clamped = clamped;
         Ok(report)
     }
 
-    /// How much further nodes would come if each went by itself where contact is in balance: of what the
-    /// iterations left, tools and walls feel what that changes their springs by.
-    fn relaxed(&self) -> Vec<Rows> {
-        let (nodes, residual, springs) = (&self.nodes, &self.accepted.residual, &self.springs);
-        let mut further = vec![Block3::ZERO; residual.len()];
-        for_each(&mut further, |slot, further| {
-            let (springs, cross, splines) = (&springs[slot].0, &self.cross[slot].0, &nodes.diagonal[slot].0);
-            for k in (0..64).filter(|k| (0..3).any(|d| springs[d][*k] > 0.0)) {
-                let vector = |of: &[[f32; 64]; 3]| DVec3::from_array([0, 1, 2].map(|d| of[d][k].into()));
-                let (own, [yz, zx, xy]) = (vector(springs), vector(cross).to_array());
-                let contact = DMat3::from_cols(DVec3::new(own.x, xy, zx), DVec3::new(xy, own.y, yz), DVec3::new(zx, yz, own.z));
-                let clay = RELAXED_STIFFNESS * (vector(splines) + f64::from(nodes.mass[slot][k]));
-                let way = relaxed(contact, clay, vector(&residual[slot].0));
-                for d in 0..3 {
-                    further.0[d][k] = way[d] as f32;
-                }
+    /// Gives each tool what it is owed for the work of what is left out of balance about it: blocks belong to
+    /// the tool that is nearest. Returns the impulse that clay did not get of the tools.
+    fn balance_work(&self, felt: &mut GridReport) -> DVec3 {
+        let tools = self.pass.s.tools;
+        let mut left = vec![0.0; tools.len()];
+        for (slot, (residual, u)) in self.accepted.residual.iter().zip(&self.u).enumerate() {
+            let centre = (self.pass.layout.slots[slot].block * BLOCK).as_dvec3() + 0.5 * f64::from(BLOCK);
+            let near = tools.iter().enumerate().filter(|(index, _)| felt.tools[*index].2 > 0).filter_map(|(index, tool)| {
+                let distance = tool.shape.distance(tool.motion.end.to_local(centre));
+                is_about(distance, tool.shape.bounding_radius()).then_some((distance, index))
+            });
+            if let Some((_, index)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                left[index] += dot_of(residual, u);
             }
-        });
-        self.pass.layout.expand(&mut further);
-        let mut rows = vec![Rows::ZERO; further.len()];
-        for_each(&mut rows, |slot, rows| rows.set(&further[slot]));
-        rows
+        }
+        let mut all = DVec3::ZERO;
+        for ((tool, felt), left) in tools.iter().zip(&mut felt.tools).zip(left) {
+            let working = Working { motion: &tool.motion, impulse: felt.0, angular_impulse: felt.1 };
+            let [impulse, angular_impulse] = working.owed(left, 1.0);
+            (felt.0, felt.1) = (felt.0 + impulse, felt.1 + angular_impulse);
+            all += impulse;
+        }
+        all
     }
 
     /// The forces that R is judged by: inertia and contact together, or weight. At the step's end.

@@ -209,9 +209,8 @@ impl Pass<'_, '_> {
         rows.copy_to(sum);
     }
 
-    /// Ends the step at `u`, from where nodes would come `relaxed` further. Returns particles clamped and
-    /// what tools and separating walls felt.
-    pub(super) fn end(&self, state: &mut State, classes: &mut [Class], [u, relaxed]: [&[Rows]; 2]) -> (u64, GridReport) {
+    /// Ends the step at `u`. Returns particles clamped and what tools and separating walls felt.
+    pub(super) fn end(&self, state: &mut State, classes: &mut [Class], u: &[Rows]) -> (u64, GridReport) {
         let s = self.s;
         let evaluation = Evaluation { step: s.step, averaging: self.averaging, is_first: false };
         let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
@@ -220,13 +219,10 @@ impl Pass<'_, '_> {
         let ended = tasks.into_par_iter().with_min_len(2).map_init(Vec::new, |bent: &mut Vec<Bent>, (class, (hot, cold))| {
             let near = self.near[class.index.0].as_ref();
             let mut report = near.map(|_| GridReport::of_tools(s.tools.len()));
-            let (mut about, mut further) = (Tile4::ZERO, Tile4::ZERO);
+            let mut about = Tile4::ZERO;
             about.fill(&self.layout.neighbours[class.slot], u);
-            if near.is_some() {
-                further.fill(&self.layout.neighbours[class.slot], relaxed);
-            }
             let clamped = s.at(class.block, Moment::End, |spot| {
-                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), [&about, &further], bent)
+                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), &about, bent)
             });
             settle(class.block, s.domain, hot, cold);
             (clamped, report)
@@ -274,4 +270,4 @@ macro_rules! dispatch {
 }
 dispatch!(bring_all = eights::found_with / found_avx2, (step: &Step => step.fma, spot: &Spot<'_>, hot: &[Hot], eights: &mut Vec<Eight>, out: &mut Tile) -> ());
 dispatch!(slope = kernel::slope_with / slope_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, clay: (&[Hot], &[Cold]), near: Option<&Near<'_>>, u: &Tile4, bent: &mut Vec<Bent>) -> bool);
-dispatch!(end = kernel::end_with / end_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold]), near: Option<(&Near<'_>, &mut GridReport)>, u: [&Tile4; 2], bent: &mut Vec<Bent>) -> u32);
+dispatch!(end = kernel::end_with / end_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold]), near: Option<(&Near<'_>, &mut GridReport)>, u: &Tile4, bent: &mut Vec<Bent>) -> u32);

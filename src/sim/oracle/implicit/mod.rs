@@ -56,8 +56,7 @@ pub(super) fn step(
     with_system(particles, &fields, &around, |system, guess| {
         let cycle = Multigrid::new(system.finest(&fields.0, guess));
         let least = minimise::minimise(system, &cycle, guess.to_vec(), passes);
-        let relaxed = system.relaxed(guess, &least.slope);
-        moved = system.end(&least.u, &relaxed, &least.slope, frame);
+        moved = system.end(&least.u, &least.slope, frame);
         frame.passes += least.passes;
         frame.rejected += least.rejected;
         frame.residual = frame.residual.max(least.slope.quality());

@@ -11,9 +11,9 @@
 //!
 //! At the step's end `x += u`, `v = u / h`, `C = H / h`, and the strain is what the law made of it.
 
-use super::super::super::frame::FrameReport;
+use super::super::super::frame::{FrameReport, ToolReport};
 use super::super::super::implicit::{
-    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, RELAXED_STIFFNESS, SHARED_WITHIN, relaxed,
+    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, SHARED_WITHIN, Working, is_about,
 };
 use super::super::grid::Grid;
 use super::super::law;
@@ -26,6 +26,9 @@ use super::pairs::Pairs;
 use super::unknowns::Unknowns;
 use glam::{DMat3, DVec3, IVec3};
 use std::collections::BTreeMap;
+
+/// Nodes of a block, whose work is one tool's.
+const BLOCK: IVec3 = IVec3::splat(4);
 
 /// A particle's place on the grid for the step.
 #[derive(Clone, Debug)]
@@ -281,20 +284,6 @@ impl<'a> System<'a> {
         }
     }
 
-    /// How much further nodes would come \[m\] if each went by itself where contact is in balance, with the
-    /// springs that it had at `guess`: of what the iterations left, tools and walls feel what that changes
-    /// their springs by.
-    pub(super) fn relaxed(&self, guess: &[DVec3], slope: &Slope) -> Vec<DVec3> {
-        let (splines, springs) = self.diagonals(guess);
-        let way = |i: usize| {
-            let inertia = DVec3::splat(self.unknowns.all[i].mass / self.around.plan.dt.powi(2));
-            let own = RELAXED_STIFFNESS * (splines[i] + inertia);
-            let is_touched = springs[i] != DMat3::ZERO;
-            if is_touched { relaxed(springs[i], own, slope.residual[i]) } else { DVec3::ZERO }
-        };
-        (0..splines.len()).map(way).collect()
-    }
-
     /// The splines' own diagonal, and the stiffness of contact with the displacements `u` [N/m].
     fn diagonals(&self, u: &[DVec3]) -> (Vec<DVec3>, Vec<DMat3>) {
         let (material, cell_width) = (&self.around.plan.material, self.around.domain.cell_width);
@@ -315,26 +304,51 @@ impl<'a> System<'a> {
         (splines, springs)
     }
 
-    /// Ends the step at the displacements `u` \[m\], from where nodes would come `relaxed` further: the
-    /// particles one step on; books it in the frame's report.
-    pub(super) fn end(&self, u: &[DVec3], relaxed: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
+    /// Ends the step at the displacements `u` \[m\]: the particles one step on; books it in the frame's report.
+    pub(super) fn end(&self, u: &[DVec3], slope: &Slope, frame: &mut FrameReport) -> Vec<Particle> {
         let mut moved = self.particles.to_vec();
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
         let increment = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY + motion.gradient);
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, increment(motion))).collect();
         let shared = self.shared(&updates, 1.0);
+        let before = frame.tools.clone();
         for (i, particle) in moved.iter_mut().enumerate() {
             let press = contact::press(particle, motions[i].moved, self.around);
-            let eased = self.motion(&self.stations[i], relaxed).moved;
-            let felt = contact::press(particle, motions[i].moved + eased, self.around);
             self.advance(particle, &motions[i], &updates[i], frame);
             particle.elastic_strain = law::dilated(particle.elastic_strain, shared[i].0);
             press.settle(particle, self.around);
-            felt.book(self.around.domain.to_world(particle.position), self.around, frame);
-            frame.unbalanced_impulse += (press.force - felt.force) * self.around.plan.dt;
+            press.book(self.around.domain.to_world(particle.position), self.around, frame);
         }
+        self.balance_work(u, slope, &before, frame);
         self.book(u, slope, frame);
         moved
+    }
+
+    /// Gives each tool what it is owed for the work of what is left out of balance about it: blocks of nodes
+    /// belong to the tool that is nearest. `before` is what the tools had felt before the step.
+    fn balance_work(&self, u: &[DVec3], slope: &Slope, before: &[ToolReport], frame: &mut FrameReport) {
+        let (domain, tools) = (self.around.domain, &self.around.tools);
+        let is_touched = |index: usize| frame.tools[index].contacts > before[index].contacts;
+        let mut left = vec![0.0; tools.len()];
+        for (unknown, (residual, u)) in self.unknowns.all.iter().zip(slope.residual.iter().zip(u)) {
+            let centre = domain.to_world((unknown.node.div_euclid(BLOCK) * BLOCK).as_dvec3() + 0.5 * BLOCK.as_dvec3());
+            let near = tools.iter().enumerate().filter(|(index, _)| is_touched(*index)).filter_map(|(index, tool)| {
+                let distance = tool.distance(centre, Moment::End) / domain.cell_width;
+                is_about(distance, tool.path.tool.shape.bounding_radius() / domain.cell_width).then_some((distance, index))
+            });
+            if let Some((_, index)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                left[index] += residual.dot(*u);
+            }
+        }
+        for (index, (tool, felt)) in tools.iter().zip(&mut frame.tools).enumerate() {
+            let impulse = felt.impulse - before[index].impulse;
+            let angular_impulse = felt.angular_impulse - before[index].angular_impulse;
+            let working = Working { motion: &tool.motion, impulse, angular_impulse };
+            let [impulse, angular_impulse] = working.owed(left[index], domain.cell_width);
+            felt.impulse += impulse;
+            felt.angular_impulse += angular_impulse;
+            frame.unbalanced_impulse += impulse;
+        }
     }
 
     fn advance(&self, particle: &mut Particle, motion: &Motion, update: &law::Advanced, frame: &mut FrameReport) {
