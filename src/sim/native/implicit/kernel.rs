@@ -34,6 +34,8 @@ pub(super) struct Bent {
     change: F8,
     /// Mean stress over what its own ln J makes, in units of ln J.
     pressure: F8,
+    /// Where they have come.
+    moved: [F8; 3],
 }
 
 /// What an evaluation is given for all blocks.
@@ -113,20 +115,22 @@ fn gradient_of(got: &[[F8; 3]; 4]) -> Matrix8 {
     gradient
 }
 
-/// Returns eight particles with the gradient H to the law. Whether no cell was turned inside out comes back.
+/// Returns eight particles with the gradient H to the law, and where they have come. Whether no cell was
+/// turned inside out comes back.
 #[inline(always)]
-fn bend(step: &Step, eight: &Eight, gradient: &Matrix8) -> (Bent, bool) {
-    let (back, determinant) = inverse(&beside(gradient, -0.5));
-    let (forward, turned) = inverse(&beside(gradient, 0.5));
+fn bend(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, bool) {
+    let gradient = gradient_of(got);
+    let (back, determinant) = inverse(&beside(&gradient, -0.5));
+    let (forward, turned) = inverse(&beside(&gradient, 0.5));
     let mut sound = true;
     for k in 0..8 {
         let (g, f) = (determinant.0[k], turned.0[k]);
         sound &= (g > DETERMINANT_MIN) & (f > DETERMINANT_MIN * g);
     }
-    let increment = product(&back, gradient);
+    let increment = product(&back, &gradient);
     let (hencky, plastic) = law::returned(&step.flow, &increment, &eight.strain, eight.yield_norm);
     let log = hencky[0] + hencky[1] + hencky[2];
-    (Bent { back, forward, hencky, plastic, log, change: F8::ZERO, pressure: F8::ZERO }, sound)
+    (Bent { back, forward, hencky, plastic, log, change: F8::ZERO, pressure: F8::ZERO, moved: got[3] }, sound)
 }
 
 /// Shares volumes within each cell, `part` of it: what ln J and the mean stress change by.
@@ -157,29 +161,29 @@ fn share(cells: &[Cell], eights: &[Eight], bent: &mut [Bent], part: f64) {
 }
 
 /// How volumes are shared, of what the first guess has the particles flow.
-fn find_shares(averaging: f32, hot: &[Hot], class: &mut Class, bent: &[Bent]) {
-    for (eight, bent) in class.eights.iter_mut().zip(bent) {
+fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mut Vec<Cell>), bent: &[Bent]) {
+    for (eight, bent) in eights.iter_mut().zip(bent) {
         for k in 0..8 {
             let plastic = bent.plastic.0[k];
             eight.share.0[k] = if plastic > 0.0 { -(-plastic / averaging).exp_m1() } else { 0.0 };
         }
     }
-    class.shared.clear();
+    shared.clear();
     let mut first = 0;
     for cell in hot.chunk_by(|a, b| a.cell == b.cell) {
         let end = first + cell.len();
-        let weight = |i: usize| f64::from(class.eights[i / 8].share.0[i % 8]) * f64::from(class.eights[i / 8].mass.0[i % 8]);
+        let weight = |i: usize| f64::from(eights[i / 8].share.0[i % 8]) * f64::from(eights[i / 8].mass.0[i % 8]);
         let weight: f64 = (first..end).map(weight).sum();
         if weight > 0.0 {
-            class.shared.push(Cell { first, end, weight });
+            shared.push(Cell { first, end, weight });
         }
         first = end;
     }
 }
 
-/// Brings `-K` times the mass, of `K = (I - H/2)^-T tau (I + H/2)^-T`.
+/// Brings `-K` times the mass, of `K = (I - H/2)^-T tau (I + H/2)^-T`, and what presses on the particles.
 #[inline(always)]
-fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent, out: &mut Tile4) {
+fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent, push: &[F8; 3], out: &mut Tile4) {
     let mut tau = law::stress_of(&step.law, &bent.hencky);
     let bulk = step.law.lambda + step.law.mu2 / 3.0;
     for entry in &mut tau[..3] {
@@ -193,7 +197,7 @@ fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent,
             *entry = *entry * mass;
         }
     }
-    stencils.scatter::<L>(&moment, out);
+    stencils.scatter::<L>(&moment, push, out);
 }
 
 /// What a class of a block brings to the slope at the displacements `u`: forces, in the first pass also how
@@ -203,67 +207,83 @@ fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent,
 pub(super) fn slope_with<L: Pairs>(
     evaluation: &Evaluation,
     class: &mut Class,
-    (hot, cold): (&[Hot], &[Cold]),
+    clay: (&[Hot], &[Cold]),
     near: Option<&Near<'_>>,
     u: &Tile4,
     bent: &mut Vec<Bent>,
 ) -> bool {
     let Evaluation { step, averaging, is_first } = evaluation;
-    class.forces = Tile4::ZERO;
+    let Class { eights, shared, forces, contact, .. } = class;
+    *forces = Tile4::ZERO;
+    let mut presses = near.map(|near| Presses::new(near, clay, u, contact.as_deref_mut().filter(|_| *is_first)));
     let mut is_sound = true;
-    if *averaging > 0.0 && (*is_first || !class.shared.is_empty()) {
+    if *averaging > 0.0 && (*is_first || !shared.is_empty()) {
         bent.clear();
-        for eight in &class.eights {
-            let got = eight.stencils().gather::<L, false>(u);
-            let (new, sound) = bend(step, eight, &gradient_of(&got));
+        for eight in &*eights {
+            let (new, sound) = bend(step, eight, &eight.stencils().gather::<L>(u));
             is_sound &= sound;
             bent.push(new);
         }
         if *is_first {
-            find_shares(*averaging, hot, class, bent);
+            find_shares(*averaging, clay.0, (eights, shared), bent);
         }
-        share(&class.shared, &class.eights, bent, implicit::SHARED_WITHIN);
-        for (eight, bent) in class.eights.iter().zip(&*bent) {
-            bring::<L>(step, eight, &eight.stencils(), bent, &mut class.forces);
+        share(shared, eights, bent, implicit::SHARED_WITHIN);
+        for (i, (eight, bent)) in eights.iter().zip(&*bent).enumerate() {
+            let stencils = eight.stencils();
+            let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, bent));
+            bring::<L>(step, eight, &stencils, bent, &push, forces);
         }
     } else {
-        for eight in &class.eights {
+        for (i, eight) in eights.iter().enumerate() {
             let stencils = eight.stencils();
-            let got = stencils.gather::<L, false>(u);
-            let (new, sound) = bend(step, eight, &gradient_of(&got));
+            let (bent, sound) = bend(step, eight, &stencils.gather::<L>(u));
             is_sound &= sound;
-            bring::<L>(step, eight, &stencils, &new, &mut class.forces);
+            let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, &bent));
+            bring::<L>(step, eight, &stencils, &bent, &push, forces);
         }
-    }
-    if let Some(near) = near {
-        push(near, class, (hot, cold), u, *is_first);
     }
     is_sound
 }
 
-/// Adds what tools and separating walls give. Weights sum up to 1: no particle moves further than the nodes
-/// do.
-fn push(near: &Near<'_>, class: &mut Class, (hot, cold): (&[Hot], &[Cold]), u: &Tile4, is_first: bool) {
-    let way_max = u.length_max();
-    let mut stiffness = class.contact.as_deref_mut().filter(|_| is_first);
-    if let Some(stiffness) = &mut stiffness {
-        **stiffness = [Tile4::ZERO; 2];
-    }
-    for ((eight, hot), cold) in class.eights.iter().zip(hot.chunks(8)).zip(cold.chunks(8)) {
-        if eight.clear.0.iter().all(|clear| *clear > way_max) {
-            continue;
+/// Tools and separating walls before the particles of a class in an evaluation.
+struct Presses<'a> {
+    near: &'a Near<'a>,
+    clay: (&'a [Hot], &'a [Cold]),
+    /// No particle moves further: weights sum up to 1.
+    way_max: f32,
+    /// Where their stiffness is wanted, the diagonal and what is beside it.
+    stiffness: Option<&'a mut [Tile4; 2]>,
+}
+
+impl<'a> Presses<'a> {
+    fn new(near: &'a Near<'a>, clay: (&'a [Hot], &'a [Cold]), u: &Tile4, mut stiffness: Option<&'a mut [Tile4; 2]>) -> Self {
+        if let Some(stiffness) = &mut stiffness {
+            **stiffness = [Tile4::ZERO; 2];
         }
-        let stencils = eight.stencils();
-        for (k, (hot, cold)) in hot.iter().zip(cold).enumerate().filter(|(k, _)| eight.clear.0[*k] <= way_max) {
-            let moved = DVec3::from_array(stencils.mean_at(k, u).map(f64::from));
+        Self { near, clay, way_max: u.length_max(), stiffness }
+    }
+
+    /// What they give the particles of the eight of this index.
+    #[inline(always)]
+    fn on(&mut self, index: usize, eight: &Eight, stencils: &Stencils, bent: &Bent) -> [F8; 3] {
+        let mut push = [F8::ZERO; 3];
+        if eight.clear.0.iter().any(|clear| *clear <= self.way_max) {
+            self.press(index, eight, stencils, (&bent.moved, &mut push));
+        }
+        push
+    }
+
+    #[inline(never)]
+    fn press(&mut self, index: usize, eight: &Eight, stencils: &Stencils, (moved, push): (&[F8; 3], &mut [F8; 3])) {
+        for k in (0..8).filter(|k| eight.clear.0[*k] <= self.way_max) {
+            let (hot, cold) = (&self.clay.0[8 * index + k], &self.clay.1[8 * index + k]);
+            let moved = DVec3::from_array([0, 1, 2].map(|d| moved[d].0[k].into()));
             if f64::from(eight.clear.0[k]) > moved.length() {
                 continue;
             }
-            let press = near.press(hot, cold, moved, None);
-            if press.velocity != [0.0; 3] {
-                stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut class.forces);
-            }
-            if let Some(stiffness) = stiffness.as_deref_mut().filter(|_| press.stiffness != [[0.0; 3]; 2]) {
+            let press = self.near.press((hot, cold), moved, self.stiffness.is_some(), None);
+            (0..3).for_each(|d| push[d].0[k] = press.velocity[d] * hot.mass);
+            if let Some(stiffness) = self.stiffness.as_deref_mut().filter(|_| press.stiffness != [[0.0; 3]; 2]) {
                 for (of, tile) in press.stiffness.iter().zip(stiffness) {
                     stencils.add_one(k, of.map(|s| s * hot.mass), tile);
                 }
@@ -288,8 +308,7 @@ pub(super) fn end_with<L: Pairs>(
     bent.clear();
     if shares {
         for eight in &class.eights {
-            let got = eight.stencils().gather::<L, false>(u);
-            bent.push(bend(step, eight, &gradient_of(&got)).0);
+            bent.push(bend(step, eight, &eight.stencils().gather::<L>(u)).0);
         }
         share(&class.shared, &class.eights, bent, 1.0);
     }
@@ -299,7 +318,7 @@ pub(super) fn end_with<L: Pairs>(
     let mut clamped = 0;
     for (i, ((hot, cold), eight)) in hot.chunks_mut(8).zip(cold.chunks_mut(8)).zip(&class.eights).enumerate() {
         let stencils = eight.stencils();
-        let mut got = stencils.gather::<L, true>(u);
+        let mut got = stencils.gather::<L>(u);
         for idle in hot.len()..8 {
             got.iter_mut().flatten().for_each(|of_eight| of_eight.0[idle] = 0.0);
         }
@@ -311,7 +330,7 @@ pub(super) fn end_with<L: Pairs>(
             for (k, (hot, cold)) in hot.iter().zip(&mut *cold).enumerate() {
                 let (before, moved) = (*cold, DVec3::from_array([0, 1, 2].map(|d| got[3][d].0[k].into())));
                 let eased = DVec3::from_array(stencils.mean_at(k, relaxed).map(f64::from));
-                let press = near.press(hot, &before, moved, Some((eased, cold, &mut **report)));
+                let press = near.press((hot, &before), moved, false, Some((eased, cold, &mut **report)));
                 if let Some(contact) = class.contact.as_deref_mut().filter(|_| press.velocity != [0.0; 3]) {
                     stencils.add_one(k, press.velocity.map(|v| v * hot.mass), &mut contact[0]);
                 }

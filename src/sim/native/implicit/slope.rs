@@ -52,7 +52,7 @@ pub(super) fn found<'a>(
                 };
                 bring_all(&s.step, spot, hot, &mut class.eights, tile);
                 find_yield_norms(s, spot, (hot, cold), &mut class.eights);
-                find_clearances(near.as_ref(), hot, class);
+                find_clearances(near.as_ref(), (hot, cold), class);
             }
         });
         near
@@ -98,14 +98,14 @@ fn find_yield_norms(s: &ParticleStep<'_>, spot: &Spot<'_>, (hot, cold): (&[Hot],
 }
 
 /// How far the particles of a class are from what may press on them.
-fn find_clearances(near: Option<&Near<'_>>, hot: &[Hot], class: &mut Class) {
+fn find_clearances(near: Option<&Near<'_>>, (hot, cold): (&[Hot], &[Cold]), class: &mut Class) {
     let Some(near) = near else {
         class.contact = None;
         return;
     };
     class.contact.get_or_insert_with(|| Box::new([Tile4::ZERO; 2]));
-    for (hot, eight) in hot.chunks(8).zip(&mut class.eights) {
-        hot.iter().enumerate().for_each(|(k, hot)| eight.clear.0[k] = near.clearance(hot));
+    for ((hot, cold), eight) in hot.chunks(8).zip(cold.chunks(8)).zip(&mut class.eights) {
+        hot.iter().zip(cold).enumerate().for_each(|(k, (hot, cold))| eight.clear.0[k] = near.clearance(hot, cold));
     }
 }
 
@@ -192,6 +192,7 @@ impl Pass<'_, '_> {
     }
 
     /// Adds up what the classes about a slot bring.
+    #[inline(always)]
     pub(super) fn sum<'c>(
         &self,
         slot: usize,

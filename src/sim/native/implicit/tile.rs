@@ -26,6 +26,7 @@ impl Rows {
     pub(super) const ZERO: Self = Self([Node4([0.0; 4]); 64]);
 
     /// The block's nodes one after the other.
+    #[inline(always)]
     pub(super) fn set(&mut self, from: &Block3) {
         for (k, node) in self.0.iter_mut().enumerate() {
             *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
@@ -33,6 +34,7 @@ impl Rows {
     }
 
     /// The same back.
+    #[inline(always)]
     pub(super) fn copy_to(&self, block: &mut Block3) {
         for (k, node) in self.0.iter().enumerate() {
             for d in 0..3 {
@@ -43,7 +45,7 @@ impl Rows {
 
     /// Adds what a tile has of this block's nodes, that of the block at `about` (an index of
     /// [`NEIGHBOURS`](super::super::state::NEIGHBOURS)).
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, about: usize, tile: &Tile4) {
         match about / 9 {
             0 => self.add_rows::<2>(about, tile, (0, 5)),
@@ -158,9 +160,9 @@ impl Stencils {
         out
     }
 
-    /// The nodes' columns of moments at particles `K` and `K + 4`, and their mean where that is asked for.
+    /// The nodes' columns of moments at particles `K` and `K + 4`, and their mean.
     #[inline(always)]
-    fn gather_pair<L: Pairs, const K: usize, const MEAN: bool>(&self, nodes: &Tile4) -> [L; 4] {
+    fn gather_pair<L: Pairs, const K: usize>(&self, nodes: &Tile4) -> [L; 4] {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
         let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
@@ -180,9 +182,7 @@ impl Stencils {
                 hx = w(1, j).times_plus(gx, hx);
                 hy = m(1, j).times_plus(g, hy);
             }
-            if MEAN {
-                mean = w(2, z).times_plus(h, mean);
-            }
+            mean = w(2, z).times_plus(h, mean);
             cx = w(2, z).times_plus(hx, cx);
             cy = w(2, z).times_plus(hy, cy);
             cz = m(2, z).times_plus(h, cz);
@@ -190,37 +190,37 @@ impl Stencils {
         [cx, cy, cz, mean]
     }
 
-    /// The nodes' moments, column by column, and their mean where that is asked for.
+    /// The nodes' moments, column by column, and their mean.
     #[inline(always)]
-    pub(super) fn gather<L: Pairs, const MEAN: bool>(&self, nodes: &Tile4) -> [[F8; 3]; 4] {
-        let p = self.gather_pair::<L, 0, MEAN>(nodes);
-        let q = self.gather_pair::<L, 1, MEAN>(nodes);
-        let r = self.gather_pair::<L, 2, MEAN>(nodes);
-        let s = self.gather_pair::<L, 3, MEAN>(nodes);
+    pub(super) fn gather<L: Pairs>(&self, nodes: &Tile4) -> [[F8; 3]; 4] {
+        let p = self.gather_pair::<L, 0>(nodes);
+        let q = self.gather_pair::<L, 1>(nodes);
+        let r = self.gather_pair::<L, 2>(nodes);
+        let s = self.gather_pair::<L, 3>(nodes);
         let mut out = [[F8::ZERO; 3]; 4];
-        for c in 0..if MEAN { 4 } else { 3 } {
+        for c in 0..4 {
             out[c] = L::to_eight([p[c], q[c], r[c], s[c]]);
         }
         out
     }
 
     #[inline(always)]
-    fn scatter_pair<L: Pairs, const K: usize>(&self, columns: [L; 3], out: &mut Tile4) {
+    fn scatter_pair<L: Pairs, const K: usize>(&self, brought: [L; 4], out: &mut Tile4) {
         if self.first[K] == self.first[K + 4] {
-            self.scatter_pair_to::<L, K, true>(columns, out);
+            self.scatter_pair_to::<L, K, true>(brought, out);
         } else {
-            self.scatter_pair_to::<L, K, false>(columns, out);
+            self.scatter_pair_to::<L, K, false>(brought, out);
         }
     }
 
     /// `SAME`: both stand on the same nodes.
     #[inline(always)]
-    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz]: [L; 3], out: &mut Tile4) {
+    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz, v]: [L; 4], out: &mut Tile4) {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
         let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
         for i in 0..3 {
-            let (a, b, c) = (kx.times(m(0, i)), ky.times(w(0, i)), kz.times(w(0, i)));
+            let (a, b, c) = (v.times_plus(w(0, i), kx.times(m(0, i))), ky.times(w(0, i)), kz.times(w(0, i)));
             for j in 0..3 {
                 let (p, r) = (b.times_plus(m(1, j), a.times(w(1, j))), c.times(w(1, j)));
                 for z in 0..3 {
@@ -238,14 +238,16 @@ impl Stencils {
         }
     }
 
-    /// Adds what the particles bring: of each node the columns times the way to it, by its weight.
+    /// Adds what the particles bring: of each node the columns times the way to it and a vector, by its
+    /// weight.
     #[inline(always)]
-    pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], out: &mut Tile4) {
+    pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], vector: &[F8; 3], out: &mut Tile4) {
         let (x, y, z) = (L::from_eight(&columns[0]), L::from_eight(&columns[1]), L::from_eight(&columns[2]));
-        self.scatter_pair::<L, 0>([x[0], y[0], z[0]], out);
-        self.scatter_pair::<L, 1>([x[1], y[1], z[1]], out);
-        self.scatter_pair::<L, 2>([x[2], y[2], z[2]], out);
-        self.scatter_pair::<L, 3>([x[3], y[3], z[3]], out);
+        let v = L::from_eight(vector);
+        self.scatter_pair::<L, 0>([x[0], y[0], z[0], v[0]], out);
+        self.scatter_pair::<L, 1>([x[1], y[1], z[1], v[1]], out);
+        self.scatter_pair::<L, 2>([x[2], y[2], z[2], v[2]], out);
+        self.scatter_pair::<L, 3>([x[3], y[3], z[3], v[3]], out);
     }
 
     /// Calls `each` with particle `k`'s weight at a node and the node's index.
