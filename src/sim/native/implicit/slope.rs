@@ -192,7 +192,6 @@ impl Pass<'_, '_> {
     }
 
     /// Adds up what the classes about a slot bring.
-    #[inline(always)]
     pub(super) fn sum<'c>(
         &self,
         slot: usize,

@@ -3,7 +3,7 @@
 
 use super::super::kernel::Tile;
 use super::super::simd::{F8, Node4, Pairs};
-use super::vectors::Block3;
+use super::vectors::{Block3, in_lanes};
 
 /// A slot's 64 nodes.
 #[derive(Clone, Copy, Debug)]
@@ -26,26 +26,18 @@ impl Rows {
     pub(super) const ZERO: Self = Self([Node4([0.0; 4]); 64]);
 
     /// The block's nodes one after the other.
-    #[inline(always)]
     pub(super) fn set(&mut self, from: &Block3) {
-        for (k, node) in self.0.iter_mut().enumerate() {
-            *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
-        }
+        set_rows(self, from);
     }
 
     /// The same back.
-    #[inline(always)]
     pub(super) fn copy_to(&self, block: &mut Block3) {
-        for (k, node) in self.0.iter().enumerate() {
-            for d in 0..3 {
-                block.0[d][k] = node.0[d];
-            }
-        }
+        copy_rows(self, block);
     }
 
     /// Adds what a tile has of this block's nodes, that of the block at `about` (an index of
     /// [`NEIGHBOURS`](super::super::state::NEIGHBOURS)).
-    #[inline(always)]
+    #[inline]
     pub(super) fn add(&mut self, about: usize, tile: &Tile4) {
         match about / 9 {
             0 => self.add_rows::<2>(about, tile, (0, 5)),
@@ -70,6 +62,24 @@ impl Rows {
                         to[k].0[d] += from[k].0[d];
                     }
                 }
+            }
+        }
+    }
+}
+
+in_lanes! {
+    fn set_rows(rows: &mut Rows, from: &Block3) {
+        for (k, node) in rows.0.iter_mut().enumerate() {
+            *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
+        }
+    }
+}
+
+in_lanes! {
+    fn copy_rows(rows: &Rows, block: &mut Block3) {
+        for (k, node) in rows.0.iter().enumerate() {
+            for d in 0..3 {
+                block.0[d][k] = node.0[d];
             }
         }
     }

@@ -368,12 +368,12 @@ fn vectors_are_added_and_multiplied() {
     let (a, b) = (case.vector(70), case.vector(80));
     let mut sum = a.clone();
     let [norm] = vectors::sum_each(&mut sum, |slot, sum| {
-        sum.add(2.0, &b[slot]);
+        vectors::add(sum, 2.0, &b[slot]);
         [vectors::dot_of(sum, sum)]
     });
     assert!(sum != a && norm == vectors::dot(&sum, &sum));
-    sum.iter_mut().zip(&a).for_each(|(sum, a)| sum.add(-1.0, a));
-    sum.iter_mut().zip(&b).for_each(|(sum, b)| sum.add(-2.0, b));
+    sum.iter_mut().zip(&a).for_each(|(sum, a)| vectors::add(sum, -1.0, a));
+    sum.iter_mut().zip(&b).for_each(|(sum, b)| vectors::add(sum, -2.0, b));
     assert!(vectors::dot(&sum, &sum) < 1e-12 * vectors::dot(&a, &a));
     let products = a.iter().zip(&b).flat_map(|(a, b)| a.flat().iter().zip(b.flat()));
     let plain: f64 = products.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
