@@ -102,6 +102,12 @@ impl<'a> Near<'a> {
         }
     }
 
+    /// A particle ends the step away from everything.
+    pub(super) fn leave(&self, kept: &mut Cold) {
+        kept.anchors = Default::default();
+        kept.walls &= !separating(&self.walls);
+    }
+
     /// What acts on a particle of this rest volume [cells^3] that has come from the first place to the
     /// second.
     fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2], asked: Asked) -> Sum<'a> {

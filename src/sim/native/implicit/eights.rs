@@ -32,8 +32,9 @@ pub(super) struct Eight {
 pub(super) struct Cell {
     pub(super) first: usize,
     pub(super) end: usize,
-    /// Sum of the shares by mass.
+    /// Sums of the shares by mass, and of their squares.
     pub(super) weight: f64,
+    pub(super) square: f64,
 }
 
 /// The particles of a class of a block, and what they bring to the nodes.

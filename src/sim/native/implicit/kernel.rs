@@ -28,14 +28,30 @@ pub(super) struct Bent {
     forward: Matrix8,
     /// Hencky strain after the return.
     hencky: Sym8,
+    /// Where they have come.
+    moved: [F8; 3],
+}
+
+/// How eight particles share volumes with their cells.
+#[derive(Clone, Copy)]
+struct Sharing {
+    /// Plastic strain gained [-].
     plastic: F8,
     /// ln J, and by how much it changes with the cell.
     log: F8,
     change: F8,
     /// Mean stress over what its own ln J makes, in units of ln J.
     pressure: F8,
-    /// Where they have come.
-    moved: [F8; 3],
+}
+
+/// What a thread keeps from class to class.
+#[derive(Default)]
+pub(super) struct Scratch {
+    /// The displacements about a class, and how much further nodes would come.
+    pub(super) about: Tile4,
+    pub(super) further: Tile4,
+    bent: Vec<Bent>,
+    sharing: Vec<Sharing>,
 }
 
 /// What an evaluation is given for all blocks.
@@ -118,7 +134,7 @@ fn gradient_of(got: &[[F8; 3]; 4]) -> Matrix8 {
 /// Returns eight particles with the gradient H to the law, and where they have come. Whether no cell was
 /// turned inside out comes back.
 #[inline(always)]
-fn bend(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, bool) {
+fn bend(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, Sharing, bool) {
     let gradient = gradient_of(got);
     let (back, determinant) = inverse(&beside(&gradient, -0.5));
     let (forward, turned) = inverse(&beside(&gradient, 0.5));
@@ -130,41 +146,39 @@ fn bend(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, bool) {
     let increment = product(&back, &gradient);
     let (hencky, plastic) = law::returned(&step.flow, &increment, &eight.strain, eight.yield_norm);
     let log = hencky[0] + hencky[1] + hencky[2];
-    (Bent { back, forward, hencky, plastic, log, change: F8::ZERO, pressure: F8::ZERO, moved: got[3] }, sound)
+    let sharing = Sharing { plastic, log, change: F8::ZERO, pressure: F8::ZERO };
+    (Bent { back, forward, hencky, moved: got[3] }, sharing, sound)
 }
 
 /// Shares volumes within each cell, `part` of it: what ln J and the mean stress change by.
-fn share(cells: &[Cell], eights: &[Eight], bent: &mut [Bent], part: f64) {
+fn share(cells: &[Cell], eights: &[Eight], sharing: &mut [Sharing], part: f64) {
     for cell in cells {
-        let of = |i: usize| (part * f64::from(eights[i / 8].share.0[i % 8]), f64::from(eights[i / 8].mass.0[i % 8]));
-        let mut sum = 0.0;
+        let (mut sum, mut sum_of_squares) = (0.0, 0.0);
         for i in cell.first..cell.end {
-            let (share, mass) = of(i);
-            sum += share * mass * f64::from(bent[i / 8].log.0[i % 8]);
+            let (eight, sharing) = (&eights[i / 8], &sharing[i / 8]);
+            let share = part * f64::from(eight.share.0[i % 8]);
+            let logs = share * f64::from(eight.mass.0[i % 8]) * f64::from(sharing.log.0[i % 8]);
+            (sum, sum_of_squares) = (sum + logs, sum_of_squares + share * logs);
         }
-        let mean = sum / (part * cell.weight);
-        let mut after = 0.0;
+        let weight = part * cell.weight;
+        let mean = sum / weight;
+        // The mean of what they are after it.
+        let after = mean + part * part * cell.square / weight * mean - sum_of_squares / weight;
         for i in cell.first..cell.end {
-            let ((share, mass), bent) = (of(i), &mut bent[i / 8]);
-            let log = f64::from(bent.log.0[i % 8]);
+            let (share, sharing) = (part * f64::from(eights[i / 8].share.0[i % 8]), &mut sharing[i / 8]);
+            let log = f64::from(sharing.log.0[i % 8]);
             let change = share * (mean - log);
-            after += share * mass * (log + change);
-            bent.change.0[i % 8] = change as f32;
-        }
-        let after = after / (part * cell.weight);
-        for i in cell.first..cell.end {
-            let ((share, _), bent) = (of(i), &mut bent[i / 8]);
-            let (own, change) = (f64::from(bent.log.0[i % 8]), f64::from(bent.change.0[i % 8]));
-            bent.pressure.0[i % 8] = ((1.0 - share) * (own + change) + share * after - own) as f32;
+            sharing.change.0[i % 8] = change as f32;
+            sharing.pressure.0[i % 8] = ((1.0 - share) * change + share * (after - log)) as f32;
         }
     }
 }
 
 /// How volumes are shared, of what the first guess has the particles flow.
-fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mut Vec<Cell>), bent: &[Bent]) {
-    for (eight, bent) in eights.iter_mut().zip(bent) {
+fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mut Vec<Cell>), sharing: &[Sharing]) {
+    for (eight, sharing) in eights.iter_mut().zip(sharing) {
         for k in 0..8 {
-            let plastic = bent.plastic.0[k];
+            let plastic = sharing.plastic.0[k];
             eight.share.0[k] = if plastic > 0.0 { -(-plastic / averaging).exp_m1() } else { 0.0 };
         }
     }
@@ -172,10 +186,14 @@ fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mu
     let mut first = 0;
     for cell in hot.chunk_by(|a, b| a.cell == b.cell) {
         let end = first + cell.len();
-        let weight = |i: usize| f64::from(eights[i / 8].share.0[i % 8]) * f64::from(eights[i / 8].mass.0[i % 8]);
-        let weight: f64 = (first..end).map(weight).sum();
+        let (mut weight, mut square) = (0.0, 0.0);
+        for i in first..end {
+            let share = f64::from(eights[i / 8].share.0[i % 8]);
+            let own = share * f64::from(eights[i / 8].mass.0[i % 8]);
+            (weight, square) = (weight + own, square + share * own);
+        }
         if weight > 0.0 {
-            shared.push(Cell { first, end, weight });
+            shared.push(Cell { first, end, weight, square });
         }
         first = end;
     }
@@ -183,11 +201,18 @@ fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mu
 
 /// Brings `-K` times the mass, of `K = (I - H/2)^-T tau (I + H/2)^-T`, and what presses on the particles.
 #[inline(always)]
-fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent, push: &[F8; 3], out: &mut Tile4) {
+fn bring<L: Pairs>(
+    step: &Step,
+    eight: &Eight,
+    stencils: &Stencils,
+    (bent, pressure): (&Bent, F8),
+    push: &[F8; 3],
+    out: &mut Tile4,
+) {
     let mut tau = law::stress_of(&step.law, &bent.hencky);
     let bulk = step.law.lambda + step.law.mu2 / 3.0;
     for entry in &mut tau[..3] {
-        *entry = *entry + bulk * bent.pressure;
+        *entry = *entry + bulk * pressure;
     }
     let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
     let mut moment = product(&transposed(&bent.back), &product(&t, &transposed(&bent.forward)));
@@ -200,7 +225,7 @@ fn bring<L: Pairs>(step: &Step, eight: &Eight, stencils: &Stencils, bent: &Bent,
     stencils.scatter::<L>(&moment, push, out);
 }
 
-/// What a class of a block brings to the slope at the displacements `u`: forces, in the first pass also how
+/// What a class of a block brings to the slope at the displacements `about` it: forces, in the first pass also how
 /// stiff contact is; that also finds how volumes are shared. Whether no cell was turned inside out comes
 /// back.
 #[inline(always)]
@@ -209,8 +234,7 @@ pub(super) fn slope_with<L: Pairs>(
     class: &mut Class,
     clay: (&[Hot], &[Cold]),
     near: Option<&Near<'_>>,
-    u: &Tile4,
-    bent: &mut Vec<Bent>,
+    Scratch { about: u, bent, sharing, .. }: &mut Scratch,
 ) -> bool {
     let Evaluation { step, averaging, is_first } = evaluation;
     let Class { eights, shared, forces, contact, .. } = class;
@@ -219,27 +243,29 @@ pub(super) fn slope_with<L: Pairs>(
     let mut is_sound = true;
     if *averaging > 0.0 && (*is_first || !shared.is_empty()) {
         bent.clear();
+        sharing.clear();
         for eight in &*eights {
-            let (new, sound) = bend(step, eight, &eight.stencils().gather::<L>(u));
+            let (new, own, sound) = bend(step, eight, &eight.stencils().gather::<L>(u));
             is_sound &= sound;
             bent.push(new);
+            sharing.push(own);
         }
         if *is_first {
-            find_shares(*averaging, clay.0, (eights, shared), bent);
+            find_shares(*averaging, clay.0, (eights, shared), sharing);
         }
-        share(shared, eights, bent, implicit::SHARED_WITHIN);
-        for (i, (eight, bent)) in eights.iter().zip(&*bent).enumerate() {
+        share(shared, eights, sharing, implicit::SHARED_WITHIN);
+        for (i, ((eight, bent), sharing)) in eights.iter().zip(&*bent).zip(&*sharing).enumerate() {
             let stencils = eight.stencils();
             let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, bent));
-            bring::<L>(step, eight, &stencils, bent, &push, forces);
+            bring::<L>(step, eight, &stencils, (bent, sharing.pressure), &push, forces);
         }
     } else {
         for (i, eight) in eights.iter().enumerate() {
             let stencils = eight.stencils();
-            let (bent, sound) = bend(step, eight, &stencils.gather::<L>(u));
+            let (bent, _, sound) = bend(step, eight, &stencils.gather::<L>(u));
             is_sound &= sound;
             let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, &bent));
-            bring::<L>(step, eight, &stencils, &bent, &push, forces);
+            bring::<L>(step, eight, &stencils, (&bent, F8::ZERO), &push, forces);
         }
     }
     is_sound
@@ -292,8 +318,8 @@ impl<'a> Presses<'a> {
     }
 }
 
-/// Ends the step of a class of a block at the displacements `u`, from where nodes would come `relaxed`
-/// further; leaves what contact brings in the class. Returns the number of particles clamped.
+/// Ends the step of a class of a block at the displacements `about` it, from where nodes would come
+/// `further`; leaves what contact brings in the class. Returns the number of particles clamped.
 #[inline(always)]
 pub(super) fn end_with<L: Pairs>(
     Evaluation { step, averaging, .. }: &Evaluation,
@@ -301,16 +327,16 @@ pub(super) fn end_with<L: Pairs>(
     place: &Place<'_>,
     (hot, cold): (&mut [Hot], &mut [Cold]),
     mut near: Option<(&Near<'_>, &mut GridReport)>,
-    [u, relaxed]: [&Tile4; 2],
-    bent: &mut Vec<Bent>,
+    Scratch { about: u, further: relaxed, sharing, .. }: &mut Scratch,
 ) -> u32 {
     let shares = *averaging > 0.0 && !class.shared.is_empty();
-    bent.clear();
+    let way_max = u.length_max() + relaxed.length_max();
+    sharing.clear();
     if shares {
         for eight in &class.eights {
-            bent.push(bend(step, eight, &eight.stencils().gather::<L>(u)).0);
+            sharing.push(bend(step, eight, &eight.stencils().gather::<L>(u)).1);
         }
-        share(&class.shared, &class.eights, bent, 1.0);
+        share(&class.shared, &class.eights, sharing, 1.0);
     }
     if let Some(contact) = &mut class.contact {
         contact[0] = Tile4::ZERO;
@@ -328,6 +354,10 @@ pub(super) fn end_with<L: Pairs>(
         clamped += update.clamped;
         if let Some((near, report)) = &mut near {
             for (k, (hot, cold)) in hot.iter().zip(&mut *cold).enumerate() {
+                if eight.clear.0[k] > way_max {
+                    near.leave(cold);
+                    continue;
+                }
                 let (before, moved) = (*cold, DVec3::from_array([0, 1, 2].map(|d| got[3][d].0[k].into())));
                 let eased = DVec3::from_array(stencils.mean_at(k, relaxed).map(f64::from));
                 let press = near.press((hot, &before), moved, false, Some((eased, cold, &mut **report)));
@@ -338,7 +368,7 @@ pub(super) fn end_with<L: Pairs>(
         } else {
             cold.iter_mut().for_each(|cold| cold.anchors = Default::default());
         }
-        let change = if shares { bent[i].change } else { F8::ZERO };
+        let change = if shares { sharing[i].change } else { F8::ZERO };
         store(step, place, (hot, cold), &update, &change, &got);
     }
     clamped

@@ -85,6 +85,12 @@ in_lanes! {
     }
 }
 
+impl Default for Tile4 {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
 impl Tile4 {
     pub(super) const ZERO: Self = Self([Node4([0.0; 4]); Tile::LEN]);
 
