@@ -150,9 +150,10 @@ impl Tile4 {
 
 /// Where eight particles stand on their nodes.
 pub(super) struct Stencils {
-    /// Along each axis, and times the way to the node.
+    /// Along each axis.
     weights: [[F8; 3]; 3],
-    moments: [[F8; 3]; 3],
+    /// From the middle one of the 3 nodes along each axis \[cells\].
+    from_middle: [F8; 3],
     /// Tile index of the first node.
     first: [usize; 8],
 }
@@ -161,14 +162,12 @@ impl Stencils {
     /// Of particles at these positions relative to their first nodes, which have these indices in a tile.
     #[inline(always)]
     pub(super) fn of(positions: &[F8; 3], first: &[u32; 8]) -> Self {
-        let mut out = Self { weights: [[F8::ZERO; 3]; 3], moments: [[F8::ZERO; 3]; 3], first: [0; 8] };
+        let mut out = Self { weights: [[F8::ZERO; 3]; 3], from_middle: *positions, first: [0; 8] };
         for d in 0..3 {
             let f = positions[d];
             let (a, b, c) = (F8::splat(1.5) - f, f + -1.0, f + -0.5);
             out.weights[d] = [0.5 * (a * a), F8::splat(0.75) - b * b, 0.5 * (c * c)];
-            for i in 0..3 {
-                out.moments[d][i] = out.weights[d][i] * (F8::splat(i as f32) - f);
-            }
+            out.from_middle[d] = b;
         }
         for k in 0..8 {
             out.first[k] = (first[k] as usize).min(FIRST_MAX);
@@ -176,34 +175,40 @@ impl Stencils {
         out
     }
 
-    /// The nodes' columns of moments at particles `K` and `K + 4`, and their mean.
+    /// At particles `K` and `K + 4`: the nodes' columns of moments about the middle node, and their mean.
     #[inline(always)]
     fn gather_pair<L: Pairs, const K: usize>(&self, nodes: &Tile4) -> [L; 4] {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
-        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
         let zero = L::splat(0.0);
-        let (mut mean, mut cx, mut cy, mut cz) = (zero, zero, zero, zero);
+        let mut sums = [zero; 4];
         for z in 0..3 {
-            let (mut h, mut hx, mut hy) = (zero, zero, zero);
+            let mut plane = [zero; 3];
             for j in 0..3 {
-                let (mut g, mut gx) = (zero, zero);
-                for i in 0..3 {
-                    let at = (i * SIDE + j) * PADDED + z;
-                    let q = L::load_nodes(nodes.node(low + at), nodes.node(high + at));
-                    g = w(0, i).times_plus(q, g);
-                    gx = m(0, i).times_plus(q, gx);
-                }
-                h = w(1, j).times_plus(g, h);
-                hx = w(1, j).times_plus(gx, hx);
-                hy = m(1, j).times_plus(g, hy);
+                let at = |i: usize| (i * SIDE + j) * PADDED + z;
+                let q = |i: usize| L::load_nodes(nodes.node(low + at(i)), nodes.node(high + at(i)));
+                let (before, after) = (w(0, 0).times(q(0)), w(0, 2).times(q(2)));
+                let row = w(0, 1).times_plus(q(1), before).plus(after);
+                plane[0] = w(1, j).times_plus(after.minus(before), plane[0]);
+                let share = w(1, j).times(row);
+                plane[2] = plane[2].plus(share);
+                plane[1] = match j {
+                    0 => zero.minus(share),
+                    1 => plane[1],
+                    _ => plane[1].plus(share),
+                };
             }
-            mean = w(2, z).times_plus(h, mean);
-            cx = w(2, z).times_plus(hx, cx);
-            cy = w(2, z).times_plus(hy, cy);
-            cz = m(2, z).times_plus(h, cz);
+            let share = w(2, z).times(plane[2]);
+            sums[0] = w(2, z).times_plus(plane[0], sums[0]);
+            sums[1] = w(2, z).times_plus(plane[1], sums[1]);
+            sums[2] = match z {
+                0 => zero.minus(share),
+                1 => sums[2],
+                _ => sums[2].plus(share),
+            };
+            sums[3] = sums[3].plus(share);
         }
-        [cx, cy, cz, mean]
+        sums
     }
 
     /// The nodes' moments, column by column, and their mean.
@@ -217,6 +222,11 @@ impl Stencils {
         for c in 0..4 {
             out[c] = L::to_eight([p[c], q[c], r[c], s[c]]);
         }
+        for c in 0..3 {
+            for d in 0..3 {
+                out[c][d] = out[c][d] - self.from_middle[c] * out[3][d];
+            }
+        }
         out
     }
 
@@ -229,25 +239,29 @@ impl Stencils {
         }
     }
 
-    /// `SAME`: both stand on the same nodes.
+    /// Columns and the vector at the middle node. `SAME`: both stand on the same nodes.
     #[inline(always)]
-    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz, v]: [L; 4], out: &mut Tile4) {
+    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz, middle]: [L; 4], out: &mut Tile4) {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
-        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
+        let beside = |at: L, step: L, i: usize| match i {
+            0 => at.minus(step),
+            1 => at,
+            _ => at.plus(step),
+        };
         for i in 0..3 {
-            let (a, b, c) = (v.times_plus(w(0, i), kx.times(m(0, i))), ky.times(w(0, i)), kz.times(w(0, i)));
+            let at_x = beside(middle, kx, i);
             for j in 0..3 {
-                let (p, r) = (b.times_plus(m(1, j), a.times(w(1, j))), c.times(w(1, j)));
+                let weight = w(0, i).times(w(1, j));
+                let (at_y, step) = (beside(at_x, ky, j).times(weight), kz.times(weight));
                 for z in 0..3 {
-                    let at = (i * SIDE + j) * PADDED + z;
+                    let (at, vector) = ((i * SIDE + j) * PADDED + z, beside(at_y, step, z));
                     if SAME {
-                        p.times_plus(w(2, z), r.times(m(2, z))).add_both(out.node_mut(low + at));
+                        vector.times(w(2, z)).add_both(out.node_mut(low + at));
                     } else {
                         // SAFETY: as in `node`; their first nodes are not the same.
                         let (to, other) = unsafe { out.two_mut(low + at, high + at) };
-                        let sum = r.times_plus(m(2, z), L::load_nodes(to, other));
-                        p.times_plus(w(2, z), sum).store_nodes(to, other);
+                        vector.times_plus(w(2, z), L::load_nodes(to, other)).store_nodes(to, other);
                     }
                 }
             }
@@ -258,8 +272,14 @@ impl Stencils {
     /// weight.
     #[inline(always)]
     pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], vector: &[F8; 3], out: &mut Tile4) {
+        let mut middle = *vector;
+        for c in 0..3 {
+            for d in 0..3 {
+                middle[d] = middle[d] - columns[c][d] * self.from_middle[c];
+            }
+        }
         let (x, y, z) = (L::from_eight(&columns[0]), L::from_eight(&columns[1]), L::from_eight(&columns[2]));
-        let v = L::from_eight(vector);
+        let v = L::from_eight(&middle);
         self.scatter_pair::<L, 0>([x[0], y[0], z[0], v[0]], out);
         self.scatter_pair::<L, 1>([x[1], y[1], z[1], v[1]], out);
         self.scatter_pair::<L, 2>([x[2], y[2], z[2], v[2]], out);
