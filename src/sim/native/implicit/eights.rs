@@ -37,6 +37,13 @@ pub(super) struct Cell {
     pub(super) square: f64,
 }
 
+impl Cell {
+    /// Eights that are under way until its last particle is there.
+    pub(super) fn window(&self) -> usize {
+        self.end.div_ceil(8) - self.first / 8
+    }
+}
+
 /// The particles of a class of a block, and what they bring to the nodes.
 #[derive(Debug)]
 pub(super) struct Class {

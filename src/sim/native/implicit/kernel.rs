@@ -32,6 +32,11 @@ pub(super) struct Bent {
     moved: [F8; 3],
 }
 
+impl Bent {
+    const ZERO: Self =
+        Self { back: [[F8::ZERO; 3]; 3], forward: [[F8::ZERO; 3]; 3], hencky: [F8::ZERO; 6], moved: [F8::ZERO; 3] };
+}
+
 /// How eight particles share volumes with their cells.
 #[derive(Clone, Copy)]
 struct Sharing {
@@ -42,6 +47,10 @@ struct Sharing {
     change: F8,
     /// Mean stress over what its own ln J makes, in units of ln J.
     pressure: F8,
+}
+
+impl Sharing {
+    const NONE: Self = Self { plastic: F8::ZERO, log: F8::ZERO, change: F8::ZERO, pressure: F8::ZERO };
 }
 
 /// What a thread keeps from class to class.
@@ -240,33 +249,34 @@ pub(super) fn slope_with<L: Pairs>(
     let Class { eights, shared, forces, contact, .. } = class;
     *forces = Tile4::ZERO;
     let mut presses = near.map(|near| Presses::new(near, clay, u, contact.as_deref_mut().filter(|_| *is_first)));
-    let mut is_sound = true;
-    if *averaging > 0.0 && (*is_first || !shared.is_empty()) {
-        bent.clear();
-        sharing.clear();
-        for eight in &*eights {
-            let (new, own, sound) = bend(step, eight, &eight.stencils().gather::<L>(u));
-            is_sound &= sound;
-            bent.push(new);
-            sharing.push(own);
-        }
-        if *is_first {
+    // Volumes are shared once a cell's last particle is there, in the first evaluation once all are.
+    let (count, finds_shares) = (eights.len(), *is_first && *averaging > 0.0);
+    let window = if finds_shares { count } else { shared.iter().map(Cell::window).max().unwrap_or(1) };
+    let mask = window.next_power_of_two() - 1;
+    bent.resize(bent.len().max(mask + 1), Bent::ZERO);
+    sharing.resize(count, Sharing::NONE);
+    let (mut is_sound, mut shared_to, mut brought_to) = (true, 0, 0);
+    for i in 0..count {
+        let (new, own, sound) = bend(step, &eights[i], &eights[i].stencils().gather::<L>(u));
+        is_sound &= sound;
+        (bent[i & mask], sharing[i]) = (new, own);
+        if finds_shares {
+            if i + 1 < count {
+                continue;
+            }
             find_shares(*averaging, clay.0, (eights, shared), sharing);
         }
-        share(shared, eights, sharing, implicit::SHARED_WITHIN);
-        for (i, ((eight, bent), sharing)) in eights.iter().zip(&*bent).zip(&*sharing).enumerate() {
+        let ended = shared[shared_to..].iter().take_while(|cell| cell.end <= 8 * (i + 1)).count();
+        share(&shared[shared_to..shared_to + ended], eights, sharing, implicit::SHARED_WITHIN);
+        shared_to += ended;
+        let ready = shared.get(shared_to).map_or(i + 1, |cell| (i + 1).min(cell.first / 8));
+        for k in brought_to..ready {
+            let (eight, bent) = (&eights[k], &bent[k & mask]);
             let stencils = eight.stencils();
-            let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, bent));
-            bring::<L>(step, eight, &stencils, (bent, sharing.pressure), &push, forces);
+            let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(k, eight, &stencils, bent));
+            bring::<L>(step, eight, &stencils, (bent, sharing[k].pressure), &push, forces);
         }
-    } else {
-        for (i, eight) in eights.iter().enumerate() {
-            let stencils = eight.stencils();
-            let (bent, _, sound) = bend(step, eight, &stencils.gather::<L>(u));
-            is_sound &= sound;
-            let push = presses.as_mut().map_or([F8::ZERO; 3], |presses| presses.on(i, eight, &stencils, &bent));
-            bring::<L>(step, eight, &stencils, (&bent, F8::ZERO), &push, forces);
-        }
+        brought_to = ready;
     }
     is_sound
 }
