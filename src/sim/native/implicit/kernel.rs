@@ -5,7 +5,7 @@ use super::super::super::implicit;
 use super::super::grid_step::GridReport;
 use super::super::kernel::Place;
 use super::super::law::{self, Sym8};
-use super::super::simd::{F8, Pairs};
+use super::super::simd::{F8, Lanes, Pairs, fused};
 use super::super::state::{Cold, Hot, unpack_cell};
 use super::super::step::Step;
 use super::contact::Near;
@@ -74,11 +74,11 @@ pub(super) struct Evaluation {
 }
 
 #[inline(always)]
-fn product(a: &Matrix8, b: &Matrix8) -> Matrix8 {
+fn product<L: Lanes>(a: &Matrix8, b: &Matrix8) -> Matrix8 {
     let mut out = [[F8::ZERO; 3]; 3];
     for c in 0..3 {
         for r in 0..3 {
-            out[c][r] = a[0][r] * b[c][0] + a[1][r] * b[c][1] + a[2][r] * b[c][2];
+            out[c][r] = fused::<L>(a[2][r], b[c][2], fused::<L>(a[1][r], b[c][1], a[0][r] * b[c][0]));
         }
     }
     out
@@ -97,15 +97,16 @@ fn transposed(m: &Matrix8) -> Matrix8 {
 
 /// The inverse and the determinant.
 #[inline(always)]
-fn inverse(m: &Matrix8) -> (Matrix8, F8) {
+fn inverse<L: Lanes>(m: &Matrix8) -> (Matrix8, F8) {
     let mut cofactor = [[F8::ZERO; 3]; 3];
     for c in 0..3 {
         for r in 0..3 {
             let (c1, c2, r1, r2) = ((c + 1) % 3, (c + 2) % 3, (r + 1) % 3, (r + 2) % 3);
-            cofactor[r][c] = m[c1][r1] * m[c2][r2] - m[c2][r1] * m[c1][r2];
+            cofactor[r][c] = fused::<L>(m[c1][r1], m[c2][r2], -(m[c2][r1] * m[c1][r2]));
         }
     }
-    let determinant = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[1][0] + m[0][2] * cofactor[2][0];
+    let two = fused::<L>(m[0][1], cofactor[1][0], m[0][0] * cofactor[0][0]);
+    let determinant = fused::<L>(m[0][2], cofactor[2][0], two);
     let over = F8::splat(1.0) / determinant;
     for column in &mut cofactor {
         for entry in column {
@@ -143,17 +144,17 @@ fn gradient_of(got: &[[F8; 3]; 4]) -> Matrix8 {
 /// Returns eight particles with the gradient H to the law, and where they have come. Whether no cell was
 /// turned inside out comes back.
 #[inline(always)]
-fn bend(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, Sharing, bool) {
+fn bend<L: Lanes>(step: &Step, eight: &Eight, got: &[[F8; 3]; 4]) -> (Bent, Sharing, bool) {
     let gradient = gradient_of(got);
-    let (back, determinant) = inverse(&beside(&gradient, -0.5));
-    let (forward, turned) = inverse(&beside(&gradient, 0.5));
+    let (back, determinant) = inverse::<L>(&beside(&gradient, -0.5));
+    let (forward, turned) = inverse::<L>(&beside(&gradient, 0.5));
     let mut sound = true;
     for k in 0..8 {
         let (g, f) = (determinant.0[k], turned.0[k]);
         sound &= (g > DETERMINANT_MIN) & (f > DETERMINANT_MIN * g);
     }
-    let increment = product(&back, &gradient);
-    let (hencky, plastic) = law::returned(&step.flow, &increment, &eight.strain, eight.yield_norm);
+    let increment = product::<L>(&back, &gradient);
+    let (hencky, plastic) = law::returned::<L>(&step.flow, &increment, &eight.strain, eight.yield_norm);
     let log = hencky[0] + hencky[1] + hencky[2];
     let sharing = Sharing { plastic, log, change: F8::ZERO, pressure: F8::ZERO };
     (Bent { back, forward, hencky, moved: got[3] }, sharing, sound)
@@ -224,7 +225,7 @@ fn bring<L: Pairs>(
         *entry = *entry + bulk * pressure;
     }
     let t = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
-    let mut moment = product(&transposed(&bent.back), &product(&t, &transposed(&bent.forward)));
+    let mut moment = product::<L>(&transposed(&bent.back), &product::<L>(&t, &transposed(&bent.forward)));
     let mass = F8::ZERO - eight.mass;
     for column in &mut moment {
         for entry in column {
@@ -257,7 +258,7 @@ pub(super) fn slope_with<L: Pairs>(
     sharing.resize(count, Sharing::NONE);
     let (mut is_sound, mut shared_to, mut brought_to) = (true, 0, 0);
     for i in 0..count {
-        let (new, own, sound) = bend(step, &eights[i], &eights[i].stencils().gather::<L>(u));
+        let (new, own, sound) = bend::<L>(step, &eights[i], &eights[i].stencils().gather::<L>(u));
         is_sound &= sound;
         (bent[i & mask], sharing[i]) = (new, own);
         if finds_shares {
@@ -344,7 +345,7 @@ pub(super) fn end_with<L: Pairs>(
     sharing.clear();
     if shares {
         for eight in &class.eights {
-            sharing.push(bend(step, eight, &eight.stencils().gather::<L>(u)).1);
+            sharing.push(bend::<L>(step, eight, &eight.stencils().gather::<L>(u)).1);
         }
         share(&class.shared, &class.eights, sharing, 1.0);
     }
@@ -359,8 +360,8 @@ pub(super) fn end_with<L: Pairs>(
             got.iter_mut().flatten().for_each(|of_eight| of_eight.0[idle] = 0.0);
         }
         let gradient = gradient_of(&got);
-        let (back, _) = inverse(&beside(&gradient, -0.5));
-        let update = law::update(&step.law, &step.flow, &product(&back, &gradient), &eight.strain, eight.yield_norm);
+        let (back, _) = inverse::<L>(&beside(&gradient, -0.5));
+        let update = law::update(&step.law, &step.flow, &product::<L>(&back, &gradient), &eight.strain, eight.yield_norm);
         clamped += update.clamped;
         if let Some((near, report)) = &mut near {
             for (k, (hot, cold)) in hot.iter().zip(&mut *cold).enumerate() {
