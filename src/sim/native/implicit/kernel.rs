@@ -235,9 +235,9 @@ fn bring<L: Pairs>(
     stencils.scatter::<L>(&moment, push, out);
 }
 
-/// What a class of a block brings to the slope at the displacements `about` it: forces, in the first pass also how
-/// stiff contact is; that also finds how volumes are shared. Whether no cell was turned inside out comes
-/// back.
+/// What a class of a block brings to the slope at the displacements `about` it: forces, in the first pass
+/// also how stiff contact is; that also finds how volumes are shared. Whether no cell was turned inside out
+/// comes back.
 #[inline(always)]
 pub(super) fn slope_with<L: Pairs>(
     evaluation: &Evaluation,
@@ -341,7 +341,7 @@ pub(super) fn end_with<L: Pairs>(
     Scratch { about: u, further: relaxed, sharing, .. }: &mut Scratch,
 ) -> u32 {
     let shares = *averaging > 0.0 && !class.shared.is_empty();
-    let way_max = u.length_max() + relaxed.length_max();
+    let way_max = if near.is_some() { u.length_max() + relaxed.length_max() } else { 0.0 };
     sharing.clear();
     if shares {
         for eight in &class.eights {
