@@ -5,7 +5,7 @@
 //! enters the affine momentum in cells and substeps.
 
 use super::super::limits::{self, FLOW_STEPS, STRETCH_MAX, STRETCH_MIN};
-use super::simd::F8;
+use super::simd::{F8, Lanes, fused};
 
 #[cfg(all(test, feature = "reference"))]
 mod properties;
@@ -79,41 +79,37 @@ pub(super) struct Update {
 }
 
 #[inline(always)]
-fn product(a: &Sym8, b: &Sym8) -> Sym8 {
+fn product<L: Lanes>(a: &Sym8, b: &Sym8) -> Sym8 {
     let (p, q, r) = (a[3] * b[3], a[4] * b[4], a[5] * b[5]);
     [
-        a[0] * b[0] + p + q,
-        a[1] * b[1] + p + r,
-        a[2] * b[2] + q + r,
-        a[0] * b[3] + a[3] * b[1] + a[4] * b[5],
-        a[0] * b[4] + a[3] * b[5] + a[4] * b[2],
-        a[3] * b[4] + a[1] * b[5] + a[5] * b[2],
+        fused::<L>(a[0], b[0], p) + q,
+        fused::<L>(a[1], b[1], p) + r,
+        fused::<L>(a[2], b[2], q) + r,
+        fused::<L>(a[4], b[5], fused::<L>(a[3], b[1], a[0] * b[3])),
+        fused::<L>(a[4], b[2], fused::<L>(a[3], b[5], a[0] * b[4])),
+        fused::<L>(a[5], b[2], fused::<L>(a[1], b[5], a[3] * b[4])),
     ]
 }
 
 /// Hencky strain `ln(I + X) / 2`, Pade [3/3]: `X (60 + 60 X + 11 X^2) (60 + 90 X + 36 X^2 + 3 X^3)^-1 / 2`.
 #[inline(always)]
-fn hencky(x: &Sym8) -> Sym8 {
-    let x2 = product(x, x);
-    let x3 = product(&x2, x);
+fn hencky<L: Lanes>(x: &Sym8) -> Sym8 {
+    let x2 = product::<L>(x, x);
+    let x3 = product::<L>(&x2, x);
     let (mut numerator, mut q) = (*x, *x);
     for i in 0..6 {
-        numerator[i] = 30.0 * (x[i] + x2[i]) + 5.5 * x3[i];
-        q[i] = 90.0 * x[i] + 36.0 * x2[i] + 3.0 * x3[i];
+        numerator[i] = fused::<L>(F8::splat(5.5), x3[i], 30.0 * (x[i] + x2[i]));
+        q[i] = fused::<L>(F8::splat(3.0), x3[i], fused::<L>(F8::splat(36.0), x2[i], 90.0 * x[i]));
         if i < 3 {
             q[i] = q[i] + 60.0;
         }
     }
-    let adjugate: Sym8 = [
-        q[1] * q[2] - q[5] * q[5],
-        q[0] * q[2] - q[4] * q[4],
-        q[0] * q[1] - q[3] * q[3],
-        q[4] * q[5] - q[3] * q[2],
-        q[3] * q[5] - q[4] * q[1],
-        q[3] * q[4] - q[5] * q[0],
-    ];
-    let inverse = F8::splat(1.0) / (q[0] * adjugate[0] + q[3] * adjugate[3] + q[4] * adjugate[4]);
-    let mut h = product(&numerator, &adjugate);
+    let minor = |a: usize, b: usize, c: usize, d: usize| fused::<L>(q[a], q[b], -(q[c] * q[d]));
+    let adjugate: Sym8 =
+        [minor(1, 2, 5, 5), minor(0, 2, 4, 4), minor(0, 1, 3, 3), minor(4, 5, 3, 2), minor(3, 5, 4, 1), minor(3, 4, 5, 0)];
+    let determinant = fused::<L>(q[4], adjugate[4], fused::<L>(q[3], adjugate[3], q[0] * adjugate[0]));
+    let inverse = F8::splat(1.0) / determinant;
+    let mut h = product::<L>(&numerator, &adjugate);
     for v in &mut h {
         *v = *v * inverse;
     }
@@ -145,26 +141,28 @@ fn expm1(h: &Sym8) -> Sym8 {
         for v in &mut t[..3] {
             *v = *v + c;
         }
-        t = product(&y, &t);
+        t = product::<F8>(&y, &t);
     }
     t
 }
 
 /// `b_trial - I = (I + L)(I + E)(I + L)^T - I` without ever forming `I + E`; `l[c][r]` = h d v_r / d x_c.
 #[inline(always)]
-fn trial(l: &[[F8; 3]; 3], e: &Sym8) -> Sym8 {
+fn trial<L: Lanes>(l: &[[F8; 3]; 3], e: &Sym8) -> Sym8 {
     let em = [[e[0], e[3], e[4]], [e[3], e[1], e[5]], [e[4], e[5], e[2]]];
     let mut m = [[F8::ZERO; 3]; 3];
     for c in 0..3 {
         for r in 0..3 {
-            m[c][r] = l[c][r] + em[c][r] + l[0][r] * em[c][0] + l[1][r] * em[c][1] + l[2][r] * em[c][2];
+            let one = fused::<L>(l[0][r], em[c][0], l[c][r] + em[c][r]);
+            m[c][r] = fused::<L>(l[2][r], em[c][2], fused::<L>(l[1][r], em[c][1], one));
         }
     }
     let mut x = *e;
     const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     for i in 0..6 {
         let (r, c) = PAIRS[i];
-        x[i] = m[c][r] + l[r][c] + m[0][r] * l[0][c] + m[1][r] * l[1][c] + m[2][r] * l[2][c];
+        let one = fused::<L>(m[0][r], l[0][c], m[c][r] + l[r][c]);
+        x[i] = fused::<L>(m[2][r], l[2][c], fused::<L>(m[1][r], l[1][c], one));
     }
     x
 }
@@ -223,11 +221,15 @@ fn shorten(flow: &Flow, h: &Sym8, yield_norm: F8) -> Return {
 
 /// Hencky strain after the return and plastic strain gained, as [`update`] has them, without the strain.
 #[inline(always)]
-pub(super) fn returned(flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> (Sym8, F8) {
-    let x = trial(l, e);
-    let mut back = shorten(flow, &hencky(&x), yield_norm);
+pub(super) fn returned<L: Lanes>(flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> (Sym8, F8) {
+    let x = trial::<L>(l, e);
+    let mut back = shorten(flow, &hencky::<L>(&x), yield_norm);
     let strain2 = norm2(&x);
+    let mut beyond = false;
     for k in 0..8 {
+        beyond |= is_beyond(strain2.0[k]);
+    }
+    for k in 0..if beyond { 8 } else { 0 } {
         if is_beyond(strain2.0[k]) {
             let unit = Law { mu2: 1.0, lambda: 0.0 };
             let exact = by_eigenvalues(&unit, flow, lane(&x, k), yield_norm.0[k]);
@@ -244,8 +246,8 @@ pub(super) fn returned(flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) 
 /// `sqrt(2/3) sY / (2 mu)`.
 #[inline(always)]
 pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_norm: F8) -> Update {
-    let x = trial(l, e);
-    let Return { hencky: returned, plastic, yields, any } = shorten(flow, &hencky(&x), yield_norm);
+    let x = trial::<F8>(l, e);
+    let Return { hencky: returned, plastic, yields, any } = shorten(flow, &hencky::<F8>(&x), yield_norm);
     let mut out = Update { stress: stress_of(law, &returned), elastic_strain: x, plastic, clamped: 0 };
     if any {
         let exact = expm1(&returned);
@@ -271,7 +273,7 @@ pub(super) fn update(law: &Law, flow: &Flow, l: &[[F8; 3]; 3], e: &Sym8, yield_n
 /// Stress of a state already returned.
 #[inline(always)]
 pub(super) fn stress(law: &Law, e: &Sym8) -> Sym8 {
-    let mut tau = stress_of(law, &hencky(e));
+    let mut tau = stress_of(law, &hencky::<F8>(e));
     let strain2 = norm2(e);
     for k in 0..8 {
         if is_beyond(strain2.0[k]) {
@@ -286,7 +288,7 @@ pub(super) fn stress(law: &Law, e: &Sym8) -> Sym8 {
 
 /// |H|^2 and tr H of eight particles.
 pub(super) fn hencky_invariants(e: &Sym8) -> (F8, F8) {
-    let h = hencky(e);
+    let h = hencky::<F8>(e);
     let (mut size2, mut trace) = (norm2(&h), h[0] + h[1] + h[2]);
     let strain2 = norm2(e);
     for k in 0..8 {

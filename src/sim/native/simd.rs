@@ -11,7 +11,7 @@ use std::arch::x86_64::{
     _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_set_m128, _mm256_set1_ps, _mm256_setzero_ps,
     _mm256_shuffle_ps, _mm256_store_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
 };
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Eight particles' values.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,6 +36,17 @@ lanewise!(Add, add, +=);
 lanewise!(Sub, sub, -=);
 lanewise!(Mul, mul, *=);
 lanewise!(Div, div, /=);
+
+impl Neg for F8 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for i in 0..8 {
+            self.0[i] = -self.0[i];
+        }
+        self
+    }
+}
 
 impl Mul<F8> for f32 {
     type Output = F8;
@@ -80,9 +91,26 @@ pub(super) trait Lanes: Copy {
     fn times(self, b: Self) -> Self;
     /// `self * b + c`.
     fn times_plus(self, b: Self, c: Self) -> Self;
+    /// Whether that is rounded once.
+    const IS_FUSED: bool;
+}
+
+/// `a b + c` of eight particles, rounded as in the registers `L`.
+#[inline(always)]
+pub(super) fn fused<L: Lanes>(a: F8, b: F8, c: F8) -> F8 {
+    if !L::IS_FUSED {
+        return a * b + c;
+    }
+    let mut out = c;
+    for i in 0..8 {
+        out.0[i] = a.0[i].mul_add(b.0[i], c.0[i]);
+    }
+    out
 }
 
 impl Lanes for F8 {
+    const IS_FUSED: bool = false;
+
     #[inline(always)]
     fn splat(v: f32) -> Self {
         Self([v; 8])
@@ -137,6 +165,8 @@ pub(super) struct Wide(__m256);
 
 #[cfg(target_arch = "x86_64")]
 impl Lanes for Wide {
+    const IS_FUSED: bool = true;
+
     #[inline(always)]
     fn splat(v: f32) -> Self {
         // SAFETY: kernels of this type are entered after AVX2 and FMA were detected.

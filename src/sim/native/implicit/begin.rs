@@ -11,7 +11,7 @@ use super::super::state::State;
 use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
-use super::vectors::{Block3, Vector};
+use super::vectors::{Block3, Vector, in_lanes};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
@@ -228,15 +228,8 @@ impl Nodes {
     }
 
     /// Makes of what acts on a slot's nodes the residual: inertia less that, where something is free.
-    #[inline]
     pub(super) fn subtract_from_inertia(&self, slot: usize, u: &Block3, acting: &mut Block3) {
-        let (mass, velocity, free) = (&self.mass[slot], &self.velocity[slot], &self.free[slot]);
-        for d in 0..3 {
-            for k in 0..64 {
-                let inertia = mass[k] * (u.0[d][k] - velocity.0[d][k]);
-                acting.0[d][k] = free.0[d][k] * (inertia - acting.0[d][k]);
-            }
-        }
+        subtract(&self.mass[slot], &self.velocity[slot], &self.free[slot], u, acting);
     }
 
     /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
@@ -259,5 +252,16 @@ impl Nodes {
             }
         }
         guess
+    }
+}
+
+in_lanes! {
+    fn subtract(mass: &[f32; 64], velocity: &Block3, free: &Block3, u: &Block3, acting: &mut Block3) {
+        for d in 0..3 {
+            for k in 0..64 {
+                let inertia = mass[k] * (u.0[d][k] - velocity.0[d][k]);
+                acting.0[d][k] = free.0[d][k] * (inertia - acting.0[d][k]);
+            }
+        }
     }
 }

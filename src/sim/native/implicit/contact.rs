@@ -3,7 +3,7 @@
 
 use super::super::super::coefficients::ContactCoefficients;
 use super::super::super::params::Domain;
-use super::super::super::penalty::{BOND_REACH, FOUND_DEPTH, Surface, reach};
+use super::super::super::penalty::{BOND_REACH, FOUND_DEPTH, Springs, Surface, reach};
 use super::super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::super::super::tool::{Blade, Contact};
 use super::super::contact::ToolNow;
@@ -51,26 +51,39 @@ impl<'a> Near<'a> {
     }
 
     /// By how much a particle can move before anything here touches it \[cells\]: a distance changes by the
-    /// way at most. Blades touch what has a side of them, wherever it is.
+    /// way at most, and what clings is touched until it lets go. Blades touch what has a side of them,
+    /// wherever it is.
     #[expect(clippy::cast_possible_truncation, reason = "a bound, with room for rounding")]
-    pub(super) fn clearance(&self, hot: &Hot) -> f32 {
+    pub(super) fn clearance(&self, hot: &Hot, cold: &Cold) -> f32 {
         let start = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
         if !self.blades.is_empty() {
             return f32::NEG_INFINITY;
         }
-        let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)));
+        let bond = if cold.anchors.iter().any(|anchor| anchor.get().is_some()) { BOND_REACH } else { 0.0 };
+        let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)) - bond);
         let walls = self.walls.iter().map(|wall| wall.distance(start));
         let gap = tools.chain(walls).fold(f64::INFINITY, f64::min) - reach(f64::from(hot.mass) / 8.0);
-        (gap - BOND_REACH - ROUNDING) as f32
+        (gap - ROUNDING) as f32
     }
 
-    /// What presses on a particle that has moved by `moved` \[cells\]; with a report the step ends so:
-    /// anchors and walls are kept, and tools and walls get the impulses.
-    pub(super) fn press(&self, hot: &Hot, cold: &Cold, moved: DVec3, end: Option<(&mut Cold, &mut GridReport)>) -> Press {
+    /// What presses on a particle that has moved by `moved` \[cells\], and if that is asked for how stiffly;
+    /// with a report the step ends so: anchors and walls are kept, and tools and walls get the impulses.
+    pub(super) fn press(
+        &self,
+        (hot, cold): (&Hot, &Cold),
+        moved: DVec3,
+        is_stiffness_asked: bool,
+        end: Option<(&mut Cold, &mut GridReport)>,
+    ) -> Press {
         let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
         let start = cell + DVec3::from_array(hot.offset.map(f64::from));
         let mass = f64::from(hot.mass);
-        let sum = self.at(mass / 8.0, cold, [start, start + moved]);
+        let asked = match (is_stiffness_asked, &end) {
+            (true, _) => Asked::Stiffness,
+            (false, Some(_)) => Asked::Tools,
+            (false, None) => Asked::Force,
+        };
+        let sum = self.at(mass / 8.0, cold, [start, start + moved], asked);
         if let Some((kept, report)) = end {
             kept.anchors = sum.anchors;
             kept.walls = kept.walls & !separating(&self.walls) | sum.walls;
@@ -90,11 +103,17 @@ impl<'a> Near<'a> {
         }
     }
 
+    /// A particle ends the step away from everything.
+    pub(super) fn leave(&self, kept: &mut Cold) {
+        kept.anchors = Default::default();
+        kept.walls &= !separating(&self.walls);
+    }
+
     /// What acts on a particle of this rest volume [cells^3] that has come from the first place to the
     /// second.
-    fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2]) -> Sum<'a> {
+    fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2], asked: Asked) -> Sum<'a> {
         // A matrix is the identity by default.
-        let mut sum = Sum { volume, stiffness: DMat3::ZERO, ..Sum::default() };
+        let mut sum = Sum { volume, asked, stiffness: DMat3::ZERO, ..Sum::default() };
         self.by_tools(cold, way, &mut sum);
         self.by_blades(cold, way, &mut sum);
         self.by_walls(cold, way, &mut sum);
@@ -155,7 +174,7 @@ impl<'a> Near<'a> {
             let anchor = (cold.walls & wall.bit() != 0).then_some(at);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
             sum.force += touch.force;
-            sum.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
+            sum.add_stiffness(&springs, &surface, at, anchor, touch.force);
             sum.on_walls += touch.force;
             sum.walls |= if touch.anchor.is_some() { wall.bit() } else { 0 };
         }
@@ -167,9 +186,20 @@ fn separating(walls: &[NearWall]) -> u32 {
     walls.iter().map(NearWall::bit).sum()
 }
 
+/// What is to be found: the force alone, how stiff it is too, or by which tools it is. Most evaluations need
+/// no more than the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Asked {
+    #[default]
+    Force,
+    Stiffness,
+    Tools,
+}
+
 /// What a particle gets, in the engine's units.
 #[derive(Default)]
 struct Sum<'a> {
+    asked: Asked,
     /// Rest volume [cells^3].
     volume: f64,
     force: DVec3,
@@ -183,6 +213,12 @@ struct Sum<'a> {
 }
 
 impl<'a> Sum<'a> {
+    fn add_stiffness(&mut self, springs: &Springs, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) {
+        if self.asked == Asked::Stiffness {
+            self.stiffness += springs.stiffness(surface, at, anchor, force);
+        }
+    }
+
     /// What a tool does to the particle at `at` that clings to it by `anchor`; `place` is where in the tool's
     /// frame the anchor is kept.
     fn by_tool(
@@ -197,8 +233,10 @@ impl<'a> Sum<'a> {
         let springs = springs.of(self.volume);
         let Some(touch) = springs.touch(surface, at, anchor) else { return };
         self.force += touch.force;
-        self.stiffness += springs.stiffness(surface, at, anchor, touch.force);
-        self.tools.push((index, tool, touch.force));
+        self.add_stiffness(&springs, surface, at, anchor, touch.force);
+        if self.asked == Asked::Tools {
+            self.tools.push((index, tool, touch.force));
+        }
         if let (Some(seat), Some(anchor)) = (self.anchors.get_mut(self.count), touch.anchor) {
             *seat = Anchor::on(tool.id, place(tool.motion.end.to_local(anchor)));
             self.count += 1;

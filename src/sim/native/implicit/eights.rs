@@ -32,8 +32,16 @@ pub(super) struct Eight {
 pub(super) struct Cell {
     pub(super) first: usize,
     pub(super) end: usize,
-    /// Sum of the shares by mass.
+    /// Sums of the shares by mass, and of their squares.
     pub(super) weight: f64,
+    pub(super) square: f64,
+}
+
+impl Cell {
+    /// Eights that are under way until its last particle is there.
+    pub(super) fn window(&self) -> usize {
+        self.end.div_ceil(8) - self.first / 8
+    }
 }
 
 /// The particles of a class of a block, and what they bring to the nodes.

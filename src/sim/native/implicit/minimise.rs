@@ -5,7 +5,7 @@ use super::super::super::health::Health;
 use super::super::super::implicit::{CUT, PAIRS};
 use super::System;
 use super::search::{Search, Tried};
-use super::vectors::{Block3, Vector, dot, dot_of, for_each, sum_each, sum_over};
+use super::vectors::{Block3, Vector, add, dot, dot_of, for_each, set_sum, sum_each, sum_over};
 use std::time::Instant;
 
 /// What came of the iterations.
@@ -129,9 +129,7 @@ impl System<'_> {
         let (step, new, old) = (&self.search.step, &self.slope.residual, &self.accepted.residual);
         let [slope, product, s2, y2] = sum_each(&mut self.search.change, |slot, change| {
             let (step, new) = (&step[slot], &new[slot]);
-            for ((change, new), old) in change.flat_mut().iter_mut().zip(new.flat()).zip(old[slot].flat()) {
-                *change = new - old;
-            }
+            set_sum(change, new, -1.0, &old[slot]);
             [dot_of(step, new), dot_of(step, change), dot_of(step, step), dot_of(change, change)]
         });
         Tried { slope, product, squares: [s2, y2] }
@@ -154,7 +152,7 @@ impl System<'_> {
         for_each(q, |slot, q| {
             *q = residual[slot];
             for (pair, share) in pairs.iter().zip(&shares) {
-                q.add(-*share as f32, &pair.change[slot]);
+                add(q, -*share as f32, &pair.change[slot]);
             }
         });
         self.sides.take_reactions(q);
@@ -172,11 +170,9 @@ impl System<'_> {
         }
         let accepted = &self.accepted.residual;
         let [mut slope] = sum_each(step, |slot, step| {
-            for (step, z) in step.flat_mut().iter_mut().zip(z[slot].flat()) {
-                *step = -z;
-            }
+            set_sum(step, &Block3::ZERO, -1.0, &z[slot]);
             for (pair, factor) in pairs.iter().zip(&factors) {
-                step.add(-*factor as f32, &pair.step[slot]);
+                add(step, -*factor as f32, &pair.step[slot]);
             }
             [dot_of(step, &accepted[slot])]
         });
@@ -203,10 +199,6 @@ impl System<'_> {
     fn go(&mut self) {
         let (before, step) = (&self.search.before, &self.search.step);
         self.u.resize(before.len(), Block3::ZERO);
-        for_each(&mut self.u, |slot, u| {
-            for ((u, before), step) in u.flat_mut().iter_mut().zip(before[slot].flat()).zip(step[slot].flat()) {
-                *u = before + step;
-            }
-        });
+        for_each(&mut self.u, |slot, u| set_sum(u, &before[slot], 1.0, &step[slot]));
     }
 }

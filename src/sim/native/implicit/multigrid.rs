@@ -14,10 +14,10 @@ mod transfer;
 
 use super::super::super::implicit::{CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, smoothing};
 use super::layout::Index;
-use super::vectors::{Block3, for_each};
+use super::vectors::{Block3, for_each, in_lanes};
 use direct::Direct;
 pub(super) use level::Finest;
-use level::{Level, restrict};
+use level::Level;
 
 /// The V-cycle of a step. What it is made of is kept from step to step.
 #[derive(Debug, Default)]
@@ -72,9 +72,7 @@ impl Multigrid {
             let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
             let residual = std::mem::take(&mut fine.residual);
             let of_level = if l == 0 { r } else { &residual };
-            fine.smooth_from_zero(of_level);
-            fine.find_left(of_level);
-            restrict(&mut fine.partials, &fine.is_used, &fine.left, &fine.inverse);
+            fine.go_down(of_level);
             fine.residual = residual;
             coarse.collect(&fine.partials);
         }
@@ -84,9 +82,8 @@ impl Multigrid {
             let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
             fine.correct(coarse);
             let residual = std::mem::take(&mut fine.residual);
-            fine.find_left(if l == 0 { r } else { &residual });
+            fine.go_up(if l == 0 { r } else { &residual });
             fine.residual = residual;
-            fine.smooth();
         }
         let finest = &self.levels[0];
         for_each(z, |slot, z| {
@@ -94,10 +91,7 @@ impl Multigrid {
                 *z = Block3::ZERO;
                 return;
             }
-            let (from, inverse) = (finest.z[slot].flat(), finest.inverse[slot].flat());
-            for (i, z) in z.flat_mut().iter_mut().enumerate() {
-                *z = if inverse[i] > 0.0 { CYCLE_SCALE as f32 * from[i] } else { 0.0 };
-            }
+            take(z, &finest.z[slot], &finest.inverse[slot]);
         });
     }
 
@@ -107,5 +101,14 @@ impl Multigrid {
         let mut solution = std::mem::take(&mut last.z);
         self.direct.solve(last, r.unwrap_or(&last.residual), &mut solution);
         last.z = solution;
+    }
+}
+
+in_lanes! {
+    /// What comes of a cycle, where something is free.
+    fn take(z: &mut Block3, from: &Block3, inverse: &Block3) {
+        for ((z, from), inverse) in z.flat_mut().iter_mut().zip(from.flat()).zip(inverse.flat()) {
+            *z = if *inverse > 0.0 { CYCLE_SCALE as f32 * from } else { 0.0 };
+        }
     }
 }

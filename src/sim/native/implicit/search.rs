@@ -1,7 +1,7 @@
 //! What L-BFGS keeps while it searches: the step that is tried, and pairs of steps and of what they changed.
 
 use super::super::super::implicit::{CURVATURE_MIN, PAIRS};
-use super::vectors::{Block3, Vector, dot, dot_of, for_each, sum_over};
+use super::vectors::{Block3, Vector, add, dot, dot_of, for_each, sum_over};
 
 /// A pair s, y, and `s . y`.
 #[derive(Debug, Default)]
@@ -58,7 +58,7 @@ impl Search {
         std::mem::swap(&mut self.step, &mut self.whole);
         self.step.clone_from(u);
         let before = &self.before;
-        for_each(&mut self.step, |slot, step| step.add(-1.0, &before[slot]));
+        for_each(&mut self.step, |slot, step| add(step, -1.0, &before[slot]));
     }
 
     /// Takes the step again that was set aside.

@@ -14,7 +14,7 @@ use super::super::step::Step;
 use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
 use super::eights::{self, Class, Eight};
-use super::kernel::{self, Bent, Evaluation};
+use super::kernel::{self, Evaluation, Scratch};
 use super::layout::Layout;
 use super::tile::{Rows, Tile4};
 use super::vectors::{Block3, for_each};
@@ -52,7 +52,7 @@ pub(super) fn found<'a>(
                 };
                 bring_all(&s.step, spot, hot, &mut class.eights, tile);
                 find_yield_norms(s, spot, (hot, cold), &mut class.eights);
-                find_clearances(near.as_ref(), hot, class);
+                find_clearances(near.as_ref(), (hot, cold), class);
             }
         });
         near
@@ -98,14 +98,14 @@ fn find_yield_norms(s: &ParticleStep<'_>, spot: &Spot<'_>, (hot, cold): (&[Hot],
 }
 
 /// How far the particles of a class are from what may press on them.
-fn find_clearances(near: Option<&Near<'_>>, hot: &[Hot], class: &mut Class) {
+fn find_clearances(near: Option<&Near<'_>>, (hot, cold): (&[Hot], &[Cold]), class: &mut Class) {
     let Some(near) = near else {
         class.contact = None;
         return;
     };
     class.contact.get_or_insert_with(|| Box::new([Tile4::ZERO; 2]));
-    for (hot, eight) in hot.chunks(8).zip(&mut class.eights) {
-        hot.iter().enumerate().for_each(|(k, hot)| eight.clear.0[k] = near.clearance(hot));
+    for ((hot, cold), eight) in hot.chunks(8).zip(cold.chunks(8)).zip(&mut class.eights) {
+        hot.iter().zip(cold).enumerate().for_each(|(k, (hot, cold))| eight.clear.0[k] = near.clearance(hot, cold));
     }
 }
 
@@ -181,12 +181,11 @@ impl Pass<'_, '_> {
     /// back.
     pub(super) fn slope(&self, state: &State, classes: &mut [Class], u: &[Rows], is_first: bool) -> bool {
         let evaluation = Evaluation { step: self.s.step, averaging: self.averaging, is_first };
-        let sound = classes.par_iter_mut().with_min_len(2).map_init(Vec::new, |bent: &mut Vec<Bent>, class| {
+        let sound = classes.par_iter_mut().with_min_len(2).map_init(Scratch::default, |scratch, class| {
             let (first, count) = class.particles;
             let clay = (&state.hot[first..first + count], &state.cold[first..first + count]);
-            let mut about = Tile4::ZERO;
-            about.fill(&self.layout.neighbours[class.slot], u);
-            slope(&evaluation, class, clay, self.near[class.index.0].as_ref(), &about, bent)
+            scratch.about.fill(&self.layout.neighbours[class.slot], u);
+            slope(&evaluation, class, clay, self.near[class.index.0].as_ref(), scratch)
         });
         sound.reduce(|| true, |a, b| a & b)
     }
@@ -216,13 +215,12 @@ impl Pass<'_, '_> {
         let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
         let clay = split(&mut state.hot, &lengths).into_iter().zip(split(&mut state.cold, &lengths));
         let tasks: Vec<_> = classes.iter_mut().zip(clay).collect();
-        let ended = tasks.into_par_iter().with_min_len(2).map_init(Vec::new, |bent: &mut Vec<Bent>, (class, (hot, cold))| {
+        let ended = tasks.into_par_iter().with_min_len(2).map_init(Scratch::default, |scratch, (class, (hot, cold))| {
             let near = self.near[class.index.0].as_ref();
             let mut report = near.map(|_| GridReport::of_tools(s.tools.len()));
-            let mut about = Tile4::ZERO;
-            about.fill(&self.layout.neighbours[class.slot], u);
+            scratch.about.fill(&self.layout.neighbours[class.slot], u);
             let clamped = s.at(class.block, Moment::End, |spot| {
-                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), &about, bent)
+                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), scratch)
             });
             settle(class.block, s.domain, hot, cold);
             (clamped, report)
@@ -269,5 +267,5 @@ macro_rules! dispatch {
     };
 }
 dispatch!(bring_all = eights::found_with / found_avx2, (step: &Step => step.fma, spot: &Spot<'_>, hot: &[Hot], eights: &mut Vec<Eight>, out: &mut Tile) -> ());
-dispatch!(slope = kernel::slope_with / slope_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, clay: (&[Hot], &[Cold]), near: Option<&Near<'_>>, u: &Tile4, bent: &mut Vec<Bent>) -> bool);
-dispatch!(end = kernel::end_with / end_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold]), near: Option<(&Near<'_>, &mut GridReport)>, u: &Tile4, bent: &mut Vec<Bent>) -> u32);
+dispatch!(slope = kernel::slope_with / slope_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, clay: (&[Hot], &[Cold]), near: Option<&Near<'_>>, scratch: &mut Scratch) -> bool);
+dispatch!(end = kernel::end_with / end_avx2, (given: &Evaluation => given.step.fma, class: &mut Class, spot: &Spot<'_>, clay: (&mut [Hot], &mut [Cold]), near: Option<(&Near<'_>, &mut GridReport)>, scratch: &mut Scratch) -> u32);

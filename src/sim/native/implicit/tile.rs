@@ -3,7 +3,7 @@
 
 use super::super::kernel::Tile;
 use super::super::simd::{F8, Node4, Pairs};
-use super::vectors::Block3;
+use super::vectors::{Block3, in_lanes};
 
 /// A slot's 64 nodes.
 #[derive(Clone, Copy, Debug)]
@@ -27,18 +27,12 @@ impl Rows {
 
     /// The block's nodes one after the other.
     pub(super) fn set(&mut self, from: &Block3) {
-        for (k, node) in self.0.iter_mut().enumerate() {
-            *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
-        }
+        set_rows(self, from);
     }
 
     /// The same back.
     pub(super) fn copy_to(&self, block: &mut Block3) {
-        for (k, node) in self.0.iter().enumerate() {
-            for d in 0..3 {
-                block.0[d][k] = node.0[d];
-            }
-        }
+        copy_rows(self, block);
     }
 
     /// Adds what a tile has of this block's nodes, that of the block at `about` (an index of
@@ -70,6 +64,30 @@ impl Rows {
                 }
             }
         }
+    }
+}
+
+in_lanes! {
+    fn set_rows(rows: &mut Rows, from: &Block3) {
+        for (k, node) in rows.0.iter_mut().enumerate() {
+            *node = Node4([from.0[0][k], from.0[1][k], from.0[2][k], 0.0]);
+        }
+    }
+}
+
+in_lanes! {
+    fn copy_rows(rows: &Rows, block: &mut Block3) {
+        for (k, node) in rows.0.iter().enumerate() {
+            for d in 0..3 {
+                block.0[d][k] = node.0[d];
+            }
+        }
+    }
+}
+
+impl Default for Tile4 {
+    fn default() -> Self {
+        Self::ZERO
     }
 }
 
@@ -132,9 +150,10 @@ impl Tile4 {
 
 /// Where eight particles stand on their nodes.
 pub(super) struct Stencils {
-    /// Along each axis, and times the way to the node.
+    /// Along each axis.
     weights: [[F8; 3]; 3],
-    moments: [[F8; 3]; 3],
+    /// From the middle one of the 3 nodes along each axis \[cells\].
+    from_middle: [F8; 3],
     /// Tile index of the first node.
     first: [usize; 8],
 }
@@ -143,14 +162,12 @@ impl Stencils {
     /// Of particles at these positions relative to their first nodes, which have these indices in a tile.
     #[inline(always)]
     pub(super) fn of(positions: &[F8; 3], first: &[u32; 8]) -> Self {
-        let mut out = Self { weights: [[F8::ZERO; 3]; 3], moments: [[F8::ZERO; 3]; 3], first: [0; 8] };
+        let mut out = Self { weights: [[F8::ZERO; 3]; 3], from_middle: *positions, first: [0; 8] };
         for d in 0..3 {
             let f = positions[d];
             let (a, b, c) = (F8::splat(1.5) - f, f + -1.0, f + -0.5);
             out.weights[d] = [0.5 * (a * a), F8::splat(0.75) - b * b, 0.5 * (c * c)];
-            for i in 0..3 {
-                out.moments[d][i] = out.weights[d][i] * (F8::splat(i as f32) - f);
-            }
+            out.from_middle[d] = b;
         }
         for k in 0..8 {
             out.first[k] = (first[k] as usize).min(FIRST_MAX);
@@ -158,94 +175,115 @@ impl Stencils {
         out
     }
 
-    /// The nodes' columns of moments at particles `K` and `K + 4`, and their mean where that is asked for.
+    /// At particles `K` and `K + 4`: the nodes' columns of moments about the middle node, and their mean.
     #[inline(always)]
-    fn gather_pair<L: Pairs, const K: usize, const MEAN: bool>(&self, nodes: &Tile4) -> [L; 4] {
+    fn gather_pair<L: Pairs, const K: usize>(&self, nodes: &Tile4) -> [L; 4] {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
-        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
         let zero = L::splat(0.0);
-        let (mut mean, mut cx, mut cy, mut cz) = (zero, zero, zero, zero);
+        let mut sums = [zero; 4];
         for z in 0..3 {
-            let (mut h, mut hx, mut hy) = (zero, zero, zero);
+            let mut plane = [zero; 3];
             for j in 0..3 {
-                let (mut g, mut gx) = (zero, zero);
-                for i in 0..3 {
-                    let at = (i * SIDE + j) * PADDED + z;
-                    let q = L::load_nodes(nodes.node(low + at), nodes.node(high + at));
-                    g = w(0, i).times_plus(q, g);
-                    gx = m(0, i).times_plus(q, gx);
-                }
-                h = w(1, j).times_plus(g, h);
-                hx = w(1, j).times_plus(gx, hx);
-                hy = m(1, j).times_plus(g, hy);
+                let at = |i: usize| (i * SIDE + j) * PADDED + z;
+                let q = |i: usize| L::load_nodes(nodes.node(low + at(i)), nodes.node(high + at(i)));
+                let (before, after) = (w(0, 0).times(q(0)), w(0, 2).times(q(2)));
+                let row = w(0, 1).times_plus(q(1), before).plus(after);
+                plane[0] = w(1, j).times_plus(after.minus(before), plane[0]);
+                let share = w(1, j).times(row);
+                plane[2] = plane[2].plus(share);
+                plane[1] = match j {
+                    0 => zero.minus(share),
+                    1 => plane[1],
+                    _ => plane[1].plus(share),
+                };
             }
-            if MEAN {
-                mean = w(2, z).times_plus(h, mean);
-            }
-            cx = w(2, z).times_plus(hx, cx);
-            cy = w(2, z).times_plus(hy, cy);
-            cz = m(2, z).times_plus(h, cz);
+            let share = w(2, z).times(plane[2]);
+            sums[0] = w(2, z).times_plus(plane[0], sums[0]);
+            sums[1] = w(2, z).times_plus(plane[1], sums[1]);
+            sums[2] = match z {
+                0 => zero.minus(share),
+                1 => sums[2],
+                _ => sums[2].plus(share),
+            };
+            sums[3] = sums[3].plus(share);
         }
-        [cx, cy, cz, mean]
+        sums
     }
 
-    /// The nodes' moments, column by column, and their mean where that is asked for.
+    /// The nodes' moments, column by column, and their mean.
     #[inline(always)]
-    pub(super) fn gather<L: Pairs, const MEAN: bool>(&self, nodes: &Tile4) -> [[F8; 3]; 4] {
-        let p = self.gather_pair::<L, 0, MEAN>(nodes);
-        let q = self.gather_pair::<L, 1, MEAN>(nodes);
-        let r = self.gather_pair::<L, 2, MEAN>(nodes);
-        let s = self.gather_pair::<L, 3, MEAN>(nodes);
+    pub(super) fn gather<L: Pairs>(&self, nodes: &Tile4) -> [[F8; 3]; 4] {
+        let p = self.gather_pair::<L, 0>(nodes);
+        let q = self.gather_pair::<L, 1>(nodes);
+        let r = self.gather_pair::<L, 2>(nodes);
+        let s = self.gather_pair::<L, 3>(nodes);
         let mut out = [[F8::ZERO; 3]; 4];
-        for c in 0..if MEAN { 4 } else { 3 } {
+        for c in 0..4 {
             out[c] = L::to_eight([p[c], q[c], r[c], s[c]]);
+        }
+        for c in 0..3 {
+            for d in 0..3 {
+                out[c][d] = out[c][d] - self.from_middle[c] * out[3][d];
+            }
         }
         out
     }
 
     #[inline(always)]
-    fn scatter_pair<L: Pairs, const K: usize>(&self, columns: [L; 3], out: &mut Tile4) {
+    fn scatter_pair<L: Pairs, const K: usize>(&self, brought: [L; 4], out: &mut Tile4) {
         if self.first[K] == self.first[K + 4] {
-            self.scatter_pair_to::<L, K, true>(columns, out);
+            self.scatter_pair_to::<L, K, true>(brought, out);
         } else {
-            self.scatter_pair_to::<L, K, false>(columns, out);
+            self.scatter_pair_to::<L, K, false>(brought, out);
         }
     }
 
-    /// `SAME`: both stand on the same nodes.
+    /// Columns and the vector at the middle node. `SAME`: both stand on the same nodes.
     #[inline(always)]
-    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz]: [L; 3], out: &mut Tile4) {
+    fn scatter_pair_to<L: Pairs, const K: usize, const SAME: bool>(&self, [kx, ky, kz, middle]: [L; 4], out: &mut Tile4) {
         let w = |d: usize, i: usize| L::twins::<K>(&self.weights[d][i]);
-        let m = |d: usize, i: usize| L::twins::<K>(&self.moments[d][i]);
         let (low, high) = (self.first[K], self.first[K + 4]);
+        let beside = |at: L, step: L, i: usize| match i {
+            0 => at.minus(step),
+            1 => at,
+            _ => at.plus(step),
+        };
         for i in 0..3 {
-            let (a, b, c) = (kx.times(m(0, i)), ky.times(w(0, i)), kz.times(w(0, i)));
+            let at_x = beside(middle, kx, i);
             for j in 0..3 {
-                let (p, r) = (b.times_plus(m(1, j), a.times(w(1, j))), c.times(w(1, j)));
+                let weight = w(0, i).times(w(1, j));
+                let (at_y, step) = (beside(at_x, ky, j).times(weight), kz.times(weight));
                 for z in 0..3 {
-                    let at = (i * SIDE + j) * PADDED + z;
+                    let (at, vector) = ((i * SIDE + j) * PADDED + z, beside(at_y, step, z));
                     if SAME {
-                        p.times_plus(w(2, z), r.times(m(2, z))).add_both(out.node_mut(low + at));
+                        vector.times(w(2, z)).add_both(out.node_mut(low + at));
                     } else {
                         // SAFETY: as in `node`; their first nodes are not the same.
                         let (to, other) = unsafe { out.two_mut(low + at, high + at) };
-                        let sum = r.times_plus(m(2, z), L::load_nodes(to, other));
-                        p.times_plus(w(2, z), sum).store_nodes(to, other);
+                        vector.times_plus(w(2, z), L::load_nodes(to, other)).store_nodes(to, other);
                     }
                 }
             }
         }
     }
 
-    /// Adds what the particles bring: of each node the columns times the way to it, by its weight.
+    /// Adds what the particles bring: of each node the columns times the way to it and a vector, by its
+    /// weight.
     #[inline(always)]
-    pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], out: &mut Tile4) {
+    pub(super) fn scatter<L: Pairs>(&self, columns: &[[F8; 3]; 3], vector: &[F8; 3], out: &mut Tile4) {
+        let mut middle = *vector;
+        for c in 0..3 {
+            for d in 0..3 {
+                middle[d] = middle[d] - columns[c][d] * self.from_middle[c];
+            }
+        }
         let (x, y, z) = (L::from_eight(&columns[0]), L::from_eight(&columns[1]), L::from_eight(&columns[2]));
-        self.scatter_pair::<L, 0>([x[0], y[0], z[0]], out);
-        self.scatter_pair::<L, 1>([x[1], y[1], z[1]], out);
-        self.scatter_pair::<L, 2>([x[2], y[2], z[2]], out);
-        self.scatter_pair::<L, 3>([x[3], y[3], z[3]], out);
+        let v = L::from_eight(&middle);
+        self.scatter_pair::<L, 0>([x[0], y[0], z[0], v[0]], out);
+        self.scatter_pair::<L, 1>([x[1], y[1], z[1], v[1]], out);
+        self.scatter_pair::<L, 2>([x[2], y[2], z[2], v[2]], out);
+        self.scatter_pair::<L, 3>([x[3], y[3], z[3], v[3]], out);
     }
 
     /// Calls `each` with particle `k`'s weight at a node and the node's index.
@@ -256,13 +294,6 @@ impl Stencils {
             let weight = self.weights[0][x].0[k] * self.weights[1][y].0[k] * self.weights[2][z].0[k];
             each(weight, self.first[k] + (x * SIDE + y) * PADDED + z);
         }
-    }
-
-    /// The nodes' mean at particle `k`.
-    pub(super) fn mean_at(&self, k: usize, nodes: &Tile4) -> [f32; 3] {
-        let mut mean = [0.0; 3];
-        self.of_one(k, |weight, at| (0..3).for_each(|d| mean[d] += weight * nodes.node(at).0[d]));
-        mean
     }
 
     /// Adds what particle `k` brings, as its weight.

@@ -10,6 +10,7 @@ use super::super::super::nodes::local;
 use super::super::super::simd::{F8, Lanes};
 use super::super::super::state::NEIGHBOURS;
 use super::super::vectors::Block3;
+use std::mem::MaybeUninit;
 
 /// Nodes -1 ..= 4 about a block along an axis, and cells -1 ..= 3.
 const NODES: usize = 6;
@@ -112,17 +113,17 @@ fn add_product_avx2(modes: &Modes, cells: &Cells, vector: &[Block3], neighbours:
 
 #[inline(always)]
 fn add_product_with<L: Lanes>(modes: &Modes, cells: &Cells, vector: &[Block3], neighbours: &[u32; 27], product: &mut Block3) {
-    let tile = gather(vector, neighbours);
+    let mut tile = MaybeUninit::uninit();
+    let tile = gather(vector, neighbours, &mut tile);
     for a in 0..3 {
         add_component::<L>(&modes.of[a], cells, &tile.0[a], &mut product.0[a]);
     }
 }
 
-/// The nodes about a slot.
+/// Brings the nodes about a slot to `tile`.
 #[inline(always)]
-fn gather(vector: &[Block3], neighbours: &[u32; 27]) -> Tile {
+fn gather<'a>(vector: &[Block3], neighbours: &[u32; 27], tile: &'a mut MaybeUninit<Tile>) -> &'a Tile {
     static NOTHING: Block3 = Block3::ZERO;
-    let mut tile = Tile([[0.0; TILE]; 3]);
     let block = |x: usize, y: usize, z: usize| match neighbours[x + 3 * y + 9 * z] {
         0 => &NOTHING,
         slot => &vector[slot as usize - 1],
@@ -132,20 +133,24 @@ fn gather(vector: &[Block3], neighbours: &[u32; 27]) -> Tile {
         let at = i + 3;
         (at / 4, at % 4)
     };
+    let numbers = tile.as_mut_ptr().cast::<f32>();
+    // SAFETY: `to` and the eight numbers after it are in a component's part of the tile: rows of eight end
+    // where the last eight begin.
+    let set = |a: usize, to: usize, row: [f32; 8]| unsafe { numbers.add(a * TILE + to).cast::<[f32; 8]>().write(row) };
     for x in 0..NODES {
         for y in 0..NODES {
             let ((bx, i), (by, j)) = (place(x), place(y));
             let (from, to) = ((i * 4 + j) * 4, (x * NODES + y) * 8);
             let (low, own, high) = (block(bx, by, 0), block(bx, by, 1), block(bx, by, 2));
             for a in 0..3 {
-                let row = &mut tile.0[a][to..to + 8];
-                row[0] = low.0[a][from + 3];
-                row[1..5].copy_from_slice(&own.0[a][from..from + 4]);
-                row[5] = high.0[a][from];
+                let [p, q, r, s] = [0, 1, 2, 3].map(|k| own.0[a][from + k]);
+                set(a, to, [low.0[a][from + 3], p, q, r, s, high.0[a][from], 0.0, 0.0]);
             }
         }
     }
-    tile
+    (0..3).for_each(|a| set(a, TILE - 8, [0.0; 8]));
+    // SAFETY: all its numbers are set.
+    unsafe { tile.assume_init_ref() }
 }
 
 /// Sums and differences along y and z of a cell's corners in one plane of nodes: the difference along z is

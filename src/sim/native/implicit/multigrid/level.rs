@@ -3,7 +3,7 @@
 use super::super::super::super::cut::CutKey;
 use super::super::super::nodes::{local, offset};
 use super::super::layout::{Index, Layout, Link, Place};
-use super::super::vectors::{Block3, Vector, for_each, for_each_pair};
+use super::super::vectors::{Block3, Vector, for_each, for_each_pair, in_lanes};
 use super::elements::{self, Cells, Modes};
 use super::transfer::{self, Partial};
 use glam::IVec3;
@@ -59,15 +59,6 @@ pub(super) struct Level {
     pub(super) z: Vector,
     pub(super) left: Vector,
     pub(super) partials: Vec<Partial>,
-}
-
-/// What the slots in use give to coarse nodes, where they are free.
-pub(super) fn restrict(partials: &mut [Partial], is_used: &[bool], values: &[Block3], inverse: &[Block3]) {
-    for_each(partials, |slot, partial| {
-        if is_used[slot] {
-            transfer::restrict(&values[slot], &inverse[slot], partial);
-        }
-    });
 }
 
 impl Level {
@@ -293,12 +284,13 @@ impl Level {
         self.is_used.extend(self.inverse.iter().map(|inverse| *inverse != Block3::ZERO));
         self.layout.links.iter().for_each(|tie| self.is_used[tie.from.0 as usize] = true);
         self.layout.links.iter().for_each(|tie| self.is_used[tie.to.0 as usize] = true);
-        for vector in [&mut self.left, &mut self.residual] {
+        self.layout.mark_links();
+        self.residual.resize(count, Block3::ZERO);
+        // They stay so in slots that are not used.
+        for vector in [&mut self.left, &mut self.z] {
+            vector.clear();
             vector.resize(count, Block3::ZERO);
         }
-        // It stays so in slots that are not used.
-        self.z.clear();
-        self.z.resize(count, Block3::ZERO);
         self.partials.clear();
         self.partials.resize(count, Partial::ZERO);
     }
@@ -309,42 +301,57 @@ impl Level {
         self.inverse.iter().map(of).sum()
     }
 
-    /// `z = w r / diagonal`.
-    pub(super) fn smooth_from_zero(&mut self, residual: &[Block3]) {
-        for_each(&mut self.z, |slot, z| {
-            if !self.is_used[slot] {
-                return;
-            }
-            let (inverse, residual) = (self.inverse[slot].flat(), residual[slot].flat());
-            z.flat_mut().iter_mut().enumerate().for_each(|(i, z)| *z = inverse[i] * residual[i]);
-        });
-        self.layout.expand(&mut self.z);
-    }
-
-    /// `left = r - A z`; where nothing is free it means nothing.
-    pub(super) fn find_left(&mut self, residual: &[Block3]) {
-        for_each(&mut self.left, |slot, left| {
-            if !self.is_used[slot] {
-                return;
-            }
-            *left = Block3::ZERO;
-            if !self.cells[slot].is_empty() {
-                elements::add_product(&self.modes, &self.cells[slot], &self.z, &self.layout.neighbours[slot], left);
-            }
-            let (residual, added, z) = (residual[slot].flat(), self.added[slot].flat(), self.z[slot].flat());
-            left.flat_mut().iter_mut().enumerate().for_each(|(i, left)| *left = residual[i] - *left - added[i] * z[i]);
-        });
-        self.layout.fold(&mut self.left);
-    }
-
-    /// Smooths once more.
-    pub(super) fn smooth(&mut self) {
+    /// On the way down: `z = w r / diagonal`, and what that leaves of `r` for the coarse nodes.
+    pub(super) fn go_down(&mut self, residual: &[Block3]) {
         for_each(&mut self.z, |slot, z| {
             if self.is_used[slot] {
-                let (inverse, left) = (self.inverse[slot].flat(), self.left[slot].flat());
-                z.flat_mut().iter_mut().enumerate().for_each(|(i, z)| *z += inverse[i] * left[i]);
+                set_product(z, &self.inverse[slot], &residual[slot]);
             }
         });
+        self.layout.expand(&mut self.z);
+        let (mut left, mut partials) = (std::mem::take(&mut self.left), std::mem::take(&mut self.partials));
+        for_each_pair(&mut left, &mut partials, |slot, left, partial| {
+            if self.is_used[slot] {
+                self.find_left(slot, residual, left);
+                transfer::restrict(left, &self.inverse[slot], partial);
+            }
+        });
+        self.layout.fold(&mut left);
+        for slot in self.tied_slots() {
+            transfer::restrict(&left[slot], &self.inverse[slot], &mut partials[slot]);
+        }
+        (self.left, self.partials) = (left, partials);
+    }
+
+    /// On the way up, with the next level's solution in z: smooths once more.
+    pub(super) fn go_up(&mut self, residual: &[Block3]) {
+        let mut next = std::mem::take(&mut self.left);
+        let smooth = |slot: usize, left: &mut Block3| add_to_product(left, &self.inverse[slot], &self.z[slot]);
+        for_each(&mut next, |slot, next| {
+            if self.is_used[slot] {
+                self.find_left(slot, residual, next);
+                if !self.layout.is_linked[slot] {
+                    smooth(slot, next);
+                }
+            }
+        });
+        self.layout.fold(&mut next);
+        self.tied_slots().for_each(|slot| smooth(slot, &mut next[slot]));
+        self.left = std::mem::replace(&mut self.z, next);
+    }
+
+    /// The slots whose sums are whole only when they are folded.
+    fn tied_slots(&self) -> impl Iterator<Item = usize> {
+        self.layout.is_linked.iter().enumerate().filter(|(_, is_linked)| **is_linked).map(|(slot, _)| slot)
+    }
+
+    /// `left = r - A z` of a slot before it is folded; where nothing is free it means nothing.
+    fn find_left(&self, slot: usize, residual: &[Block3], left: &mut Block3) {
+        *left = Block3::ZERO;
+        if !self.cells[slot].is_empty() {
+            elements::add_product(&self.modes, &self.cells[slot], &self.z, &self.layout.neighbours[slot], left);
+        }
+        leave(left, &residual[slot], &self.added[slot], &self.z[slot]);
     }
 
     /// Takes the level before's partial sums as what is to be solved for.
@@ -363,5 +370,32 @@ impl Level {
             }
         });
         self.layout.expand(&mut self.z);
+    }
+}
+
+in_lanes! {
+    fn set_product(product: &mut Block3, a: &Block3, b: &Block3) {
+        for ((product, a), b) in product.flat_mut().iter_mut().zip(a.flat()).zip(b.flat()) {
+            *product = a * b;
+        }
+    }
+}
+
+in_lanes! {
+    /// `value = value a + b`.
+    fn add_to_product(value: &mut Block3, a: &Block3, b: &Block3) {
+        for ((value, a), b) in value.flat_mut().iter_mut().zip(a.flat()).zip(b.flat()) {
+            *value = b + a * *value;
+        }
+    }
+}
+
+in_lanes! {
+    /// Makes of the elements' product what is left of the residual.
+    fn leave(product: &mut Block3, residual: &Block3, added: &Block3, z: &Block3) {
+        let others = residual.flat().iter().zip(added.flat()).zip(z.flat());
+        for (left, ((residual, added), z)) in product.flat_mut().iter_mut().zip(others) {
+            *left = residual - *left - added * z;
+        }
     }
 }

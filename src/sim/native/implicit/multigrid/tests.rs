@@ -361,21 +361,22 @@ fn folding_is_the_transpose_of_expanding() {
     assert!((one - other).abs() < 1e-6 * vectors::dot(&a, &a), "{one}, {other}");
 }
 
-/// `a + 2 b - a - 2 b = 0`, and `a . b` is the plain sum, as is that of what comes back for each slot.
+/// `a + 2 b - a - 2 b = 0`, and `a . b` is the plain sum but for the rounding of f32 within a slot, as is that
+/// of what comes back for each slot.
 #[test]
 fn vectors_are_added_and_multiplied() {
     let case = Case::new(12, ball(9.0), None, None);
     let (a, b) = (case.vector(70), case.vector(80));
     let mut sum = a.clone();
     let [norm] = vectors::sum_each(&mut sum, |slot, sum| {
-        sum.add(2.0, &b[slot]);
+        vectors::add(sum, 2.0, &b[slot]);
         [vectors::dot_of(sum, sum)]
     });
     assert!(sum != a && norm == vectors::dot(&sum, &sum));
-    sum.iter_mut().zip(&a).for_each(|(sum, a)| sum.add(-1.0, a));
-    sum.iter_mut().zip(&b).for_each(|(sum, b)| sum.add(-2.0, b));
+    sum.iter_mut().zip(&a).for_each(|(sum, a)| vectors::add(sum, -1.0, a));
+    sum.iter_mut().zip(&b).for_each(|(sum, b)| vectors::add(sum, -2.0, b));
     assert!(vectors::dot(&sum, &sum) < 1e-12 * vectors::dot(&a, &a));
     let products = a.iter().zip(&b).flat_map(|(a, b)| a.flat().iter().zip(b.flat()));
     let plain: f64 = products.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
-    assert!((vectors::dot(&a, &b) - plain).abs() < 1e-12 * vectors::dot(&a, &a));
+    assert!((vectors::dot(&a, &b) - plain).abs() < 1e-7 * vectors::dot(&a, &a));
 }

@@ -4,7 +4,7 @@
 //! the third of a slot in the upper half stands in the parent's neighbour.
 
 use super::super::super::super::implicit::COARSE_SCALE;
-use super::super::vectors::Block3;
+use super::super::vectors::{Block3, in_lanes};
 use glam::IVec3;
 
 /// Sums of a slot's nodes for the 3^3 coarse nodes that these are interpolated from: rows of 3 along z,
@@ -39,41 +39,43 @@ fn spread<const N: usize>(c: [[f32; N]; 3]) -> [[f32; N]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|k| if i % 2 == 0 { c[i / 2][k] } else { 0.5 * (c[i / 2][k] + c[i / 2 + 1][k]) }))
 }
 
-/// What a slot gives to coarse nodes: of `values`, where `inverse` is not 0.
-#[inline]
-pub(super) fn restrict(values: &Block3, inverse: &Block3, partial: &mut Partial) {
-    for a in 0..3 {
-        let mut free = [0.0; 64];
-        for n in 0..64 {
-            free[n] = if inverse.0[a][n] > 0.0 { values.0[a][n] } else { 0.0 };
-        }
-        let planes: [[f32; 16]; 4] = std::array::from_fn(|x| std::array::from_fn(|k| free[x * 16 + k]));
-        for (x, plane) in gathered(planes).iter().enumerate() {
-            let rows: [[f32; 4]; 4] = std::array::from_fn(|y| std::array::from_fn(|z| plane[y * 4 + z]));
-            for (y, row) in gathered(rows).iter().enumerate() {
-                let [p, q, r] = gathered(row.map(|v| [v]));
-                partial.0[a][x * 3 + y] = [p[0], q[0], r[0], 0.0];
+in_lanes! {
+    /// What a slot gives to coarse nodes: of `values`, where `inverse` is not 0.
+    pub(super) fn restrict(values: &Block3, inverse: &Block3, partial: &mut Partial) {
+        for a in 0..3 {
+            let mut free = [0.0; 64];
+            for n in 0..64 {
+                free[n] = if inverse.0[a][n] > 0.0 { values.0[a][n] } else { 0.0 };
+            }
+            let planes: [[f32; 16]; 4] = std::array::from_fn(|x| std::array::from_fn(|k| free[x * 16 + k]));
+            for (x, plane) in gathered(planes).iter().enumerate() {
+                let rows: [[f32; 4]; 4] = std::array::from_fn(|y| std::array::from_fn(|z| plane[y * 4 + z]));
+                for (y, row) in gathered(rows).iter().enumerate() {
+                    let [p, q, r] = gathered(row.map(|v| [v]));
+                    partial.0[a][x * 3 + y] = [p[0], q[0], r[0], 0.0];
+                }
             }
         }
     }
 }
 
-/// What the nodes of a coarse slot got, of the slots at `children`: slot + 1 at each of the blocks -1 ..= 1
-/// about its own first one, z fastest; 0 if there is none.
-#[inline]
-pub(super) fn collect(children: &[u32; 27], partials: &[Partial], sum: &mut Block3) {
-    *sum = Block3::ZERO;
-    // Which of a child's three coarse nodes are this slot's, and where they stand in it.
-    let ranges = [(2, 1, 0), (0, 3, 0), (0, 2, 2)];
-    for (o, child) in children.iter().enumerate() {
-        let Some(partial) = child.checked_sub(1).map(|child| &partials[child as usize]) else { continue };
-        let (x, y, z) = (ranges[o / 9], ranges[o / 3 % 3], ranges[o % 3]);
-        for a in 0..3 {
-            for i in 0..x.1 {
-                for j in 0..y.1 {
-                    let (row, to) = (&partial.0[a][(x.0 + i) * 3 + y.0 + j], ((x.2 + i) * 4 + y.2 + j) * 4 + z.2);
-                    for k in 0..z.1 {
-                        sum.0[a][to + k] += row[z.0 + k];
+in_lanes! {
+    /// What the nodes of a coarse slot got, of the slots at `children`: slot + 1 at each of the blocks -1 ..= 1
+    /// about its own first one, z fastest; 0 if there is none.
+    pub(super) fn collect(children: &[u32; 27], partials: &[Partial], sum: &mut Block3) {
+        *sum = Block3::ZERO;
+        // Which of a child's three coarse nodes are this slot's, and where they stand in it.
+        let ranges = [(2, 1, 0), (0, 3, 0), (0, 2, 2)];
+        for (o, child) in children.iter().enumerate() {
+            let Some(partial) = child.checked_sub(1).map(|child| &partials[child as usize]) else { continue };
+            let (x, y, z) = (ranges[o / 9], ranges[o / 3 % 3], ranges[o % 3]);
+            for a in 0..3 {
+                for i in 0..x.1 {
+                    for j in 0..y.1 {
+                        let (row, to) = (&partial.0[a][(x.0 + i) * 3 + y.0 + j], ((x.2 + i) * 4 + y.2 + j) * 4 + z.2);
+                        for k in 0..z.1 {
+                            sum.0[a][to + k] += row[z.0 + k];
+                        }
                     }
                 }
             }
@@ -81,37 +83,38 @@ pub(super) fn collect(children: &[u32; 27], partials: &[Partial], sum: &mut Bloc
     }
 }
 
-/// Adds to `values`, where `inverse` is not 0, what the coarse nodes about a block give: of the slots at
-/// `parents`, slot + 1 of the parent and its upper neighbours, z fastest; 0 if there is none.
-#[inline]
-pub(super) fn interpolate(block: IVec3, parents: &[u32; 8], coarse: &[Block3], inverse: &Block3, values: &mut Block3) {
-    let first = block.to_array().map(half);
-    let place = |axis: usize, i: usize| ((2 * first[axis] + i) / 4, (2 * first[axis] + i) % 4);
-    let mut about = Partial::ZERO;
-    for x in 0..3 {
-        for y in 0..3 {
-            for z in 0..3 {
-                let [(ex, x4), (ey, y4), (ez, z4)] = [place(0, x), place(1, y), place(2, z)];
-                let Some(parent) = parents[ex * 4 + ey * 2 + ez].checked_sub(1) else { continue };
-                for a in 0..3 {
-                    about.0[a][x * 3 + y][z] = coarse[parent as usize].0[a][(x4 * 4 + y4) * 4 + z4];
+in_lanes! {
+    /// Adds to `values`, where `inverse` is not 0, what the coarse nodes about a block give: of the slots at
+    /// `parents`, slot + 1 of the parent and its upper neighbours, z fastest; 0 if there is none.
+    pub(super) fn interpolate(block: IVec3, parents: &[u32; 8], coarse: &[Block3], inverse: &Block3, values: &mut Block3) {
+        let first = block.to_array().map(half);
+        let place = |axis: usize, i: usize| ((2 * first[axis] + i) / 4, (2 * first[axis] + i) % 4);
+        let mut about = Partial::ZERO;
+        for x in 0..3 {
+            for y in 0..3 {
+                for z in 0..3 {
+                    let [(ex, x4), (ey, y4), (ez, z4)] = [place(0, x), place(1, y), place(2, z)];
+                    let Some(parent) = parents[ex * 4 + ey * 2 + ez].checked_sub(1) else { continue };
+                    for a in 0..3 {
+                        about.0[a][x * 3 + y][z] = coarse[parent as usize].0[a][(x4 * 4 + y4) * 4 + z4];
+                    }
                 }
             }
         }
-    }
-    for a in 0..3 {
-        let rows = about.0[a].map(|[p, q, r, _]| {
-            let [a, b, c, d] = spread([[p], [q], [r]]);
-            [a[0], b[0], c[0], d[0]]
-        });
-        let planes: [[f32; 16]; 3] = std::array::from_fn(|x| {
-            let plane = spread([rows[x * 3], rows[x * 3 + 1], rows[x * 3 + 2]]);
-            std::array::from_fn(|k| plane[k / 4][k % 4])
-        });
-        for (x, plane) in spread(planes).iter().enumerate() {
-            for (k, correction) in plane.iter().enumerate() {
-                let n = x * 16 + k;
-                values.0[a][n] += if inverse.0[a][n] > 0.0 { COARSE_SCALE as f32 * *correction } else { 0.0 };
+        for a in 0..3 {
+            let rows = about.0[a].map(|[p, q, r, _]| {
+                let [a, b, c, d] = spread([[p], [q], [r]]);
+                [a[0], b[0], c[0], d[0]]
+            });
+            let planes: [[f32; 16]; 3] = std::array::from_fn(|x| {
+                let plane = spread([rows[x * 3], rows[x * 3 + 1], rows[x * 3 + 2]]);
+                std::array::from_fn(|k| plane[k / 4][k % 4])
+            });
+            for (x, plane) in spread(planes).iter().enumerate() {
+                for (k, correction) in plane.iter().enumerate() {
+                    let n = x * 16 + k;
+                    values.0[a][n] += if inverse.0[a][n] > 0.0 { COARSE_SCALE as f32 * *correction } else { 0.0 };
+                }
             }
         }
     }
