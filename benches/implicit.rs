@@ -20,8 +20,9 @@ const FRAME: f64 = 1.0 / 90.0;
 const SPEED: f64 = 0.02;
 /// Frames before the measurement: the ball is in by a cell and a half.
 const WARM_UP: usize = 7;
-/// The fewest passes of a step.
+/// The fewest passes of a step, and frames of so many before the measurement.
 const PASSES_MIN: u32 = 3;
+const SHORT: usize = 3;
 /// Substeps of an explicit measurement: one sort, and one averaging of volumes in eight.
 const SUBSTEPS: u32 = 40;
 
@@ -105,17 +106,17 @@ fn measure(engine: &mut NativeEngine, count: usize, passes: u32, frames: usize) 
         plan
     };
     (0..WARM_UP).for_each(|frame| drop(run(engine, implicit(frame, passes))));
-    let steps: Vec<Taken> = (WARM_UP..WARM_UP + frames).map(|frame| run(engine, implicit(frame, passes))).collect();
-    let least = steps.iter().min_by(|a, b| a.cpu.total_cmp(&b.cpu)).expect("a frame");
+    let first = WARM_UP + SHORT;
+    let short: Vec<Taken> = (WARM_UP..first).map(|frame| run(engine, implicit(frame, PASSES_MIN))).collect();
+    let steps: Vec<Taken> = (first..first + frames).map(|frame| run(engine, implicit(frame, passes))).collect();
+    let [short, least] = [&short, &steps].map(|frames| frames.iter().min_by(|a, b| a.cpu.total_cmp(&b.cpu)).expect("a frame"));
     let wall = steps.iter().map(|step| step.wall).fold(f64::INFINITY, f64::min);
     let per_pass = 1e9 * least.cpu / (f64::from(least.report.passes) * count as f64);
 
     let dt = 0.5 * snapshot.material.time_step_limit(CELL, snapshot.material.density);
-    let explicit = || plan(dt, SUBSTEPS, (WARM_UP + frames) as f64 * FRAME);
+    let explicit = || plan(dt, SUBSTEPS, (first + frames) as f64 * FRAME);
     let substeps = (0..5).map(|_| run(engine, explicit()).cpu).fold(f64::INFINITY, f64::min);
     let per_substep = 1e9 * substeps / (f64::from(SUBSTEPS) * count as f64);
-    let short = (0..3).map(|_| run(engine, implicit(WARM_UP + frames, PASSES_MIN)));
-    let short = short.min_by(|a, b| a.cpu.total_cmp(&b.cpu)).expect("a frame");
 
     println!(
         "{count:7} particles: {per_pass:6.1} core-ns per particle and pass (explicit substep {per_substep:.1}: ratio {:.2}), \
@@ -126,7 +127,7 @@ fn measure(engine: &mut NativeEngine, count: usize, passes: u32, frames: usize) 
         least.report.passes,
         least.report.rejected,
         least.report.residual,
-        shares(least, &short),
+        shares(least, short),
     );
 }
 
