@@ -6,6 +6,7 @@
 //! | `args`    | the command line                                                          |
 //! | `start`   | clay from a scene file, settings that suit the machine                    |
 //! | `stage`   | a board and lights that suit things of a few centimetres                  |
+//! | `looks`   | standard materials, plain ones where a processor draws                    |
 //! | `view`    | a camera that the mouse turns, moves and zooms                            |
 //! | `pointer` | which camera the pointer is in, and where its ray meets the clay          |
 //! | `hand`    | what the hand holds, chosen by keys and the wheel                         |
@@ -24,6 +25,7 @@ mod check;
 mod hand;
 mod hud;
 mod keys;
+mod looks;
 mod pace;
 mod pointer;
 #[path = "../headless/say.rs"]

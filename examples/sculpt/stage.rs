@@ -1,5 +1,6 @@
 //! A board and lights that suit things of a few centimetres.
 
+use crate::looks::Looks;
 use crate::start::Extent;
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
@@ -18,24 +19,19 @@ impl Plugin for StagePlugin {
     }
 }
 
-fn lay_board(
-    extent: Res<Extent>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-    mut commands: Commands,
-) {
+fn lay_board(extent: Res<Extent>, mut meshes: ResMut<Assets<Mesh>>, mut looks: Looks, mut commands: Commands) {
     let Extent { middle, radius, floor } = *extent;
     // A board, not a whole table: each pixel costs a software renderer much.
     let (width, height) = (1.75 * radius, 0.14 * radius);
     // A hair below the clay's underside, which would flicker through it.
     let gap = 2e-3 * radius;
     let look = StandardMaterial { base_color: BOARD, perceptual_roughness: 0.9, reflectance: 0.2, ..default() };
-    commands.spawn((
+    let mut board = commands.spawn((
         Name::new("board"),
         Mesh3d(meshes.add(Cylinder::new(width, height).mesh().resolution(96).build())),
-        MeshMaterial3d(materials.add(look)),
         Transform::from_xyz(middle.x, floor - gap - height / 2.0, middle.z),
     ));
+    looks.put(&mut board, look);
 }
 
 fn light(extent: Res<Extent>, mut commands: Commands) {

@@ -1,6 +1,7 @@
 //! The clay to start with: from a scene file, and with settings that suit the machine.
 
 use crate::args::{Args, EngineArg};
+use crate::looks::Looks;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use bevy_clay::prelude::*;
@@ -110,7 +111,12 @@ impl Start {
 }
 
 /// Puts the clay on the table.
-fn spawn(start: Res<Start>, adapter: Res<RenderAdapterInfo>, mut notice: ResMut<ClayNotice>, mut commands: Commands) {
+fn spawn(
+    (start, adapter): (Res<Start>, Res<RenderAdapterInfo>),
+    mut looks: Looks,
+    mut notice: ResMut<ClayNotice>,
+    mut commands: Commands,
+) {
     start.scene.warnings.iter().for_each(|warning| warn!("{warning}"));
     let has_gpu = adapter.device_type != DeviceType::Cpu && !matches!(start.engine, EngineArg::Native);
     // What is taken back to the start is of this material too.
@@ -132,6 +138,7 @@ fn spawn(start: Res<Start>, adapter: Res<RenderAdapterInfo>, mut notice: ResMut<
         material,
         ClayHistory::default(),
     ));
+    looks.put_on_clay(&mut clay);
     if let Some((file, _)) = &start.clay {
         clay.insert(MaterialFile::new(file));
     }

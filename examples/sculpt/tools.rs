@@ -1,6 +1,7 @@
 //! The tool's entity: its shape, its look, and where the clay has it in slow motion.
 
 use crate::hand::Hand;
+use crate::looks::{Looks, Worn};
 use crate::stroke;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
@@ -32,7 +33,7 @@ const TOUCHING: Color = Color::srgba(0.95, 0.62, 0.20, 0.50);
 const LATE: Color = Color::srgba(0.95, 0.62, 0.20, 0.25);
 
 /// Makes the tool's entity, and that of the tool as the clay has it.
-fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
+fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut looks: Looks) {
     let hand = Hand::default();
     let material = StandardMaterial {
         base_color: FREE,
@@ -42,21 +43,16 @@ fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials
         ..default()
     };
     let mesh = meshes.add(hand.mesh());
-    commands.spawn((
-        InClay,
-        Name::new("tool as the clay has it"),
-        Mesh3d(mesh.clone()),
-        MeshMaterial3d(materials.add(StandardMaterial { base_color: LATE, ..material.clone() })),
-        Visibility::Hidden,
-    ));
-    commands.spawn((
+    let mut late = commands.spawn((InClay, Name::new("tool as the clay has it"), Mesh3d(mesh.clone()), Visibility::Hidden));
+    looks.put(&mut late, StandardMaterial { base_color: LATE, ..material.clone() });
+    let mut tool = commands.spawn((
         InHand,
         Name::new("tool"),
         SculptTool { is_active: false, ..default() },
         Mesh3d(mesh),
-        MeshMaterial3d(materials.add(material)),
         Visibility::Hidden,
     ));
+    looks.put(&mut tool, material);
 }
 
 /// Gives the entity the shape of the tool in hand.
@@ -94,17 +90,11 @@ fn late(
 }
 
 /// Tints the tool while it touches clay.
-fn tint(
-    tool: Single<(&ToolForce, &MeshMaterial3d<StandardMaterial>), With<InHand>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-    mut was_touching: Local<bool>,
-) {
-    let (force, material) = tool.into_inner();
+fn tint(tool: Single<(&ToolForce, Worn), With<InHand>>, mut looks: Looks, mut was_touching: Local<bool>) {
+    let (force, worn) = tool.into_inner();
     let is_touching = force.contacts > 0;
-    if is_touching != *was_touching
-        && let Some(mut material) = materials.get_mut(&material.0)
-    {
-        material.base_color = if is_touching { TOUCHING } else { FREE };
+    if is_touching != *was_touching {
+        looks.recolour(worn, if is_touching { TOUCHING } else { FREE });
         *was_touching = is_touching;
     }
 }

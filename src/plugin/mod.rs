@@ -122,7 +122,7 @@ pub mod prelude {
     pub use super::material::NoAutoMaterial;
     pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
-    pub use super::software::{FullDrawing, ScreenCamera, SoftwareDrawing, SoftwareDrawingPlugin};
+    pub use super::software::{FullDrawing, PlainLook, ScreenCamera, SoftwareDrawing, SoftwareDrawingPlugin};
     pub use super::source::ClaySource;
     pub use super::space::ClaySpace;
     pub use super::status::{ClayError, ClayMetrics, ClayStatus};

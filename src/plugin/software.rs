@@ -2,11 +2,12 @@
 //! pixel takes the time of the cores that the clay is worked on with.
 //!
 //! With [`SoftwareDrawingPlugin`] the cameras of a window are drawn without shadows and without multisampling
-//! into a picture of fewer pixels, which is stretched over the window; the window is drawn anew only when
-//! something has changed, and for no more than a share of the time. Nothing of it shows in the main world:
-//! cameras keep their [`RenderTarget`](bevy::camera::RenderTarget), size and [`Msaa`], lights keep their
-//! shadows, and [`Camera::viewport_to_world`] takes the pointer's place in the window as ever. On a hardware
-//! adapter nothing is changed.
+//! into a picture of fewer pixels, which is stretched over the window; they are drawn anew only when
+//! something in their view has changed, for no more than a share of the time, and once in all pixels when
+//! nothing has for a while. Nothing of it shows in the main world: cameras keep their
+//! [`RenderTarget`](bevy::camera::RenderTarget), size and [`Msaa`], lights keep their shadows, and
+//! [`Camera::viewport_to_world`] takes the pointer's place in the window as ever. On a hardware adapter
+//! nothing is changed.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -17,17 +18,22 @@
 //!
 //! - The stretched picture is shown by a camera of its own for each window, a [`ScreenCamera`], which comes
 //!   right after the window's last camera. Panels and texts belong to it: they are drawn in the window's own
-//!   pixels. It comes up in the first frame; an observer of `On<Add, ScreenCamera>` learns of it.
+//!   pixels, kept, and laid over the picture; while a view changes they are drawn less often. It
+//!   comes up in the first frame; an observer of `On<Add, ScreenCamera>` learns of it.
 //! - Cameras with [`FullDrawing`] stay as they are. Of those that target the same window, the ones that come
 //!   after the others are seen.
 //! - Cameras that draw into images of the app are left alone, but for the shadows.
+//! - [`PlainLook`] is a material that a processor shades fast, for apps that want it.
 
 mod budget;
 mod meter;
+mod plain;
 mod render;
 mod screens;
 mod settings;
+mod stretch;
 
+pub use plain::PlainLook;
 pub use settings::{FullDrawing, ScreenCamera, SoftwareDrawing, SoftwareDrawingUse};
 
 use bevy::prelude::*;
@@ -49,7 +55,8 @@ impl Plugin for SoftwareDrawingPlugin {
             warn!("nothing is drawn for a processor: the app does not render");
             return;
         }
-        render::embed(app);
+        stretch::embed(app);
+        plain::build(app);
         app.init_resource::<Screens>().add_plugins(ExtractResourcePlugin::<Screens>::default());
         screens::build(app);
         budget::build(app);
@@ -58,6 +65,7 @@ impl Plugin for SoftwareDrawingPlugin {
     fn finish(&self, app: &mut App) {
         if let Some(render) = app.get_sub_app_mut(RenderApp) {
             render::build(render);
+            stretch::build(render);
         }
     }
 }

@@ -6,7 +6,7 @@ use bevy::camera::visibility::RenderLayers;
 use bevy::camera::{NormalizedRenderTarget, RenderTarget, Viewport};
 use bevy::prelude::*;
 use bevy::render::RenderApp;
-use bevy::render::camera::ExtractedCamera;
+use bevy::render::camera::{ExtractedCamera, SortedCamera, SortedCameras};
 use bevy::render::renderer::RenderAdapterInfo;
 use bevy::render::sync_world::MainEntity;
 use bevy::window::{PrimaryWindow, WindowRef, WindowResized};
@@ -33,7 +33,8 @@ fn window(width: u32, height: u32) -> Window {
 fn stage() -> Result<Stage, Failed> {
     let mut app = app_in_step();
     app.add_plugins(SoftwareDrawingPlugin);
-    app.world_mut().resource_mut::<SoftwareDrawing>().share = 1.0;
+    let settings = SoftwareDrawing { shrink: 2, still_shrink: 2, share: 1.0, ..default() };
+    app.insert_resource(settings);
     let world = app.world_mut();
     let windows = [world.spawn((window(640, 480), PrimaryWindow)).id(), world.spawn(window(300, 200)).id()];
     let picture = Image::new_target_texture(64, 64, wgpu::TextureFormat::Rgba8UnormSrgb, None);
@@ -64,6 +65,8 @@ impl Stage {
     fn turned(&mut self, camera: Entity) -> Result<Turned, Failed> {
         let start = std::time::Instant::now();
         loop {
+            // What has not changed is not drawn again.
+            self.app.world_mut().resource_mut::<SoftwareDrawing>().set_changed();
             self.app.update();
             let world = self.app.get_sub_app_mut(RenderApp).ok_or("no render world")?.world_mut();
             let mut cameras = world.query::<(&MainEntity, &ExtractedCamera, &Msaa)>();
@@ -75,6 +78,13 @@ impl Stage {
             }
             check(start.elapsed() < super::PATIENCE, "the camera draws nothing")?;
         }
+    }
+
+    /// The cameras that drew in the last frame, in their order.
+    fn drawn(&self) -> Result<Vec<Entity>, Failed> {
+        let world = self.app.get_sub_app(RenderApp).ok_or("no render world")?.world();
+        let main = |camera: &SortedCamera| Some(world.get::<MainEntity>(camera.entity)?.entity());
+        Ok(world.resource::<SortedCameras>().0.iter().filter_map(main).collect())
     }
 
     fn screens(&mut self) -> Vec<(Entity, Entity)> {
@@ -113,7 +123,14 @@ pub(super) fn cameras_of_windows_draw_fewer_pixels() -> Result<(), Failed> {
     check(camera.logical_viewport_size() == Some(Vec2::new(640.0, 480.0)), "the main world's camera has another size")?;
     check(world.get::<Msaa>(whole) == Some(&Msaa::Sample4), "the main world's camera has lost its samples")?;
     let ray = camera.viewport_to_world(&GlobalTransform::IDENTITY, Vec2::new(320.0, 240.0)).map_err(|e| e.to_string())?;
-    check(ray.direction.dot(Vec3::NEG_Z) > 0.9999, format!("the middle of the window is at {:?}", ray.direction))
+    check(ray.direction.dot(Vec3::NEG_Z) > 0.9999, format!("the middle of the window is at {:?}", ray.direction))?;
+    stage.turned(whole)?;
+    let drawn = stage.drawn()?;
+    let place = |camera| drawn.iter().position(|drawn| *drawn == camera).unwrap_or(usize::MAX);
+    check(
+        place(half) < place(screen) && place(screen) < place(full),
+        format!("{drawn:?}: the screen {screen} comes right after {half}"),
+    )
 }
 
 /// Pictures follow the size of their window, and go with its last camera.
@@ -127,7 +144,7 @@ pub(super) fn pictures_follow_their_window() -> Result<(), Failed> {
     world.write_message(WindowResized { window: first, width: 500.0, height: 400.0 });
     let expected = Turned { is_window: false, size: UVec2::new(250, 200), viewport: None, msaa: Msaa::Off };
     stage.expect(whole, &expected)?;
-    stage.app.world_mut().resource_mut::<SoftwareDrawing>().shrink = 4;
+    stage.app.world_mut().insert_resource(SoftwareDrawing { shrink: 4, still_shrink: 4, share: 1.0, ..default() });
     stage.expect(whole, &Turned { size: UVec2::new(125, 100), ..expected })?;
     stage.app.world_mut().despawn(other);
     stage.app.update();

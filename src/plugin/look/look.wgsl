@@ -1,6 +1,6 @@
 // Worked clay over a standard material: a fine grain in the clay's own frame, and a second, damp tone in
-// hollows. Needs positions and normals alone. The one shader of the project that imports: Bevy's lighting has
-// no other way in.
+// hollows. Needs positions and normals alone. It imports, as `software/plain.wgsl` does and no other shader
+// of the project: Bevy's lighting has no other way in.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},

@@ -1,7 +1,9 @@
-// A small picture over a whole view, smooth between its pixels.
+// A picture over a whole window, smooth between its pixels, and over it what is drawn in the window's own.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var picture_sampler: sampler;
+// Colours times how much they cover.
+@group(0) @binding(2) var overlay: texture_2d<f32>;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -17,5 +19,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
 
 @fragment
 fn fragment(corner: Corner) -> @location(0) vec4<f32> {
-    return textureSample(picture, picture_sampler, corner.uv);
+    let over = textureLoad(overlay, vec2<i32>(corner.position.xy), 0);
+    let under = textureSample(picture, picture_sampler, corner.uv).rgb;
+    return vec4<f32>(over.rgb + (1.0 - over.a) * under, 1.0);
 }
