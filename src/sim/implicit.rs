@@ -135,8 +135,8 @@ mod tests {
     use super::*;
     use glam::DQuat;
 
-    /// What a tool is owed does the work that was left, at the clay that it touches; it is never drawn in, nor
-    /// does it get more than three times what it bore; held, or untouched, it is owed nothing.
+    /// What a tool is owed does the work that was left, at the clay that it touches; it is never drawn in,
+    /// nor does it get more than three times what it bore; held, or untouched, it is owed nothing.
     #[test]
     fn owed_impulse_does_the_work_that_was_left() {
         let start = Pose { position: DVec3::new(1.0, 2.0, 3.0), ..Pose::default() };

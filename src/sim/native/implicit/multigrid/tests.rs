@@ -361,8 +361,8 @@ fn folding_is_the_transpose_of_expanding() {
     assert!((one - other).abs() < 1e-6 * vectors::dot(&a, &a), "{one}, {other}");
 }
 
-/// `a + 2 b - a - 2 b = 0`, and `a . b` is the plain sum but for the rounding of f32 within a slot, as is that
-/// of what comes back for each slot.
+/// `a + 2 b - a - 2 b = 0`, and `a . b` is the plain sum but for the rounding of f32 within a slot, as is
+/// that of what comes back for each slot.
 #[test]
 fn vectors_are_added_and_multiplied() {
     let case = Case::new(12, ball(9.0), None, None);

@@ -60,8 +60,8 @@ in_lanes! {
 }
 
 in_lanes! {
-    /// What the nodes of a coarse slot got, of the slots at `children`: slot + 1 at each of the blocks -1 ..= 1
-    /// about its own first one, z fastest; 0 if there is none.
+    /// What the nodes of a coarse slot got, of the slots at `children`: slot + 1 at each of the blocks
+    /// -1 ..= 1 about its own first one, z fastest; 0 if there is none.
     pub(super) fn collect(children: &[u32; 27], partials: &[Partial], sum: &mut Block3) {
         *sum = Block3::ZERO;
         // Which of a child's three coarse nodes are this slot's, and where they stand in it.
