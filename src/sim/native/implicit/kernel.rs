@@ -312,7 +312,9 @@ impl<'a> Presses<'a> {
     #[inline(never)]
     fn press(&mut self, index: usize, eight: &Eight, stencils: &Stencils, (moved, push): (&[F8; 3], &mut [F8; 3])) {
         for k in (0..8).filter(|k| eight.clear.0[*k] <= self.way_max) {
-            let (hot, cold) = (&self.clay.0[8 * index + k], &self.clay.1[8 * index + k]);
+            // Idle lanes are infinitely far, and so are nodes that run away.
+            let at = 8 * index + k;
+            let (Some(hot), Some(cold)) = (self.clay.0.get(at), self.clay.1.get(at)) else { continue };
             let moved = DVec3::from_array([0, 1, 2].map(|d| moved[d].0[k].into()));
             if f64::from(eight.clear.0[k]) > moved.length() {
                 continue;
