@@ -129,12 +129,10 @@ fn spawn(
         format!("no graphics processor for the clay ({name}): {count} particles, so that it answers")
     });
     commands.insert_resource(Extent::new(&snapshot));
-    // Explicit steps take a machine without a graphics processor many times the time that they cover.
-    let integrator = if has_gpu { IntegratorChoice::Explicit } else { IntegratorChoice::Implicit };
     let mut clay = commands.spawn((
         Name::new("clay"),
         Clay::snapshot(snapshot),
-        ClaySettings { engine: start.engine.into(), integrator, surface: start.surface, ..default() },
+        ClaySettings { engine: start.engine.into(), surface: start.surface, ..default() },
         material,
         ClayHistory::default(),
     ));

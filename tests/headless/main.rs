@@ -257,7 +257,7 @@ fn run_that_fails_midway_keeps_what_it_has() {
         (time: 0.15, position: (0, 0.1, 0))])";
     let law = "density: 1700, young_modulus: 4.4e5, poisson_ratio: 0.45, yield_stress: 8e3, softening_length: 0.002, law: AsPublishedDefaultD";
     let scene = format!(
-        "clay: [Box(size: (0.01, 0.01, 0.01))], cell_width: 0.005, duration: 0.2, gravity: (0, 0, 0), material: Values({law}), tools: [{tool}]"
+        "clay: [Box(size: (0.01, 0.01, 0.01))], cell_width: 0.005, duration: 0.2, integrator: Explicit, gravity: (0, 0, 0), material: Values({law}), tools: [{tool}]"
     );
     let ran = desk.run(&scene);
     ran.ends(1, &["error: scene.ron: frame 3, from 0.050000 s: "]);

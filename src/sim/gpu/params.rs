@@ -148,7 +148,7 @@ pub(super) fn refuse_unknown(plan: &FramePlan) -> Result<(), ParamsError> {
         }
     }
     if let Integrator::Implicit { .. } = plan.integrator {
-        return Err(ParamsError::new("integrator", "Implicit", "is of the native engine only; this one has the explicit step"));
+        return Err(ParamsError::new("integrator", "Implicit", "is of the native engine only; plan explicit steps for this one"));
     }
     match plan.validation.input_beyond_damping() {
         Some(name) => Err(ParamsError::new(name, "set", "is a validation input of the native engine only")),

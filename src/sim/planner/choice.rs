@@ -19,12 +19,12 @@ const RESIDUAL_MIN: f64 = 0.2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum IntegratorChoice {
     /// Explicit steps: every engine knows them.
-    #[default]
     Explicit,
     /// Implicit ones under tools and where clay rests; explicit ones where no tool touches clay and some of
     /// it hangs on nothing or has more energy in its motion than in its strain (implicit steps would have to
-    /// be short), where they are fewer than the passes of the implicit ones, and with blades, wires and
-    /// plates, whose force takes implicit steps many passes. Only the native engine knows both.
+    /// be short), and where they are no more than the passes of the implicit ones. Only the native engine
+    /// knows both.
+    #[default]
     Auto,
     /// Implicit ones, whatever clay does.
     Implicit,
@@ -151,6 +151,25 @@ mod tests {
         assert!((0..4).all(|_| is_implicit(&run(&mut implicit, &flying))));
         let mut explicit = planner(IntegratorChoice::Explicit);
         assert!((0..4).all(|_| !is_implicit(&run(&mut explicit, &|_| {}))));
+    }
+
+    /// Where frames are as short as the engine affords, what was taken for a short one is not held against
+    /// implicit steps; where they are as long as a scene has them, explicit ones may be the fewer.
+    #[test]
+    fn short_frames_are_explicit_only_where_that_is_cheaper() {
+        let short = |wall| {
+            let mut planner = planner(IntegratorChoice::Auto);
+            planner.policy.wall = wall;
+            let plans = (0..4).map(|_| {
+                let Decision::Run(plan) = planner.frame(&Preset::SoftClay.material(), 1e-4, &[]) else { panic!("a frame") };
+                planner.sent();
+                planner.note(&mut FrameReport { steps: plan.steps, ..FrameReport::new(&plan) });
+                plan
+            });
+            plans.map(|plan| is_implicit(&plan)).collect::<Vec<_>>()
+        };
+        assert_eq!(short(None), [false; 4]);
+        assert_eq!(short(Some(0.02)), [false, false, true, true]);
     }
 
     /// Where forces are left out of balance, the frame two later has more steps; fewer again where they are

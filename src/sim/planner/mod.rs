@@ -283,8 +283,7 @@ impl Planner {
         plan
     }
 
-    /// The implicit frame in the place of the `explicit` one, unless that is better and may be chosen:
-    /// cheaper, or with a blade.
+    /// The implicit frame in the place of the `explicit` one, unless that is no dearer and may be chosen.
     fn implicit(&mut self, limits: &StepLimits, slot: usize, explicit: FramePlan) -> FramePlan {
         // Clay that rests does not fall.
         let falls = self.state.speeds[slot] > 0.5 * limits.gravity.length() * self.state.last_duration;
@@ -294,9 +293,11 @@ impl Planner {
         self.rate = limits.implicit_rate(accuracy, self.cell_width, &explicit.tools) * f64::from(refinement);
         let clay = (&explicit.material, self.cell_width);
         let plan = limits.implicit_frame(accuracy, refinement, clay, explicit.duration(), &explicit.tools);
-        let is_cheaper = explicit.steps <= plan.steps.saturating_mul(accuracy.passes());
-        let is_better = is_cheaper || explicit.divides();
-        if is_better && self.policy.integrator == IntegratorChoice::Auto { explicit } else { plan }
+        // Where frames are as short as the engine affords, implicit ones may be as long as their steps: by
+        // the frame alone, explicit steps that take too long would look the cheaper the longer they take.
+        let steps = if self.policy.wall.is_some() { self.rate * explicit.duration() } else { f64::from(plan.steps) };
+        let is_cheaper = f64::from(explicit.steps) <= steps * f64::from(accuracy.passes());
+        if is_cheaper && self.policy.integrator == IntegratorChoice::Auto { explicit } else { plan }
     }
 
     /// The engine has taken the last plan.

@@ -390,7 +390,7 @@ fn slow_clock_loses_no_pose() {
 #[test]
 fn plans_know_the_report_before_the_last() {
     let mut planner = planner();
-    planner.policy.gravity = DVec3::ZERO;
+    (planner.policy.gravity, planner.policy.integrator) = (DVec3::ZERO, IntegratorChoice::Explicit);
     let mut steps = vec![];
     for frame in 0..6 {
         planner.pass(0.02, &[]);
@@ -410,6 +410,7 @@ fn plans_know_the_report_before_the_last() {
 #[test]
 fn changes_of_scale_are_accounted_for() {
     let mut planner = planner();
+    planner.policy.integrator = IntegratorChoice::Explicit;
     for (inertia, asks) in [(InertiaScaling::Off, false), (InertiaScaling::Accurate, true)] {
         planner.policy.inertia = inertia;
         planner.pass(0.01, &[]);

@@ -75,6 +75,11 @@ impl Begun {
         let mut layout = Layout { slots, ..Layout::default() };
         layout.find_neighbours(&index);
         let sums: Vec<_> = (0..layout.slots.len()).into_par_iter().map(|slot| nodes_of(&layout, tiles, slot)).collect();
+        for (i, cut) in grid.cut_slot.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.checked_sub(1)?))) {
+            let cut = &mut grid.cuts[cut as usize];
+            cut.nodes.clear();
+            cut.nodes.extend_from_slice(&sums[first_tagged[i]..first_tagged[i] + cut.keys.len()]);
+        }
         let (folds, divided) = ties(&mut layout, &sums, state, grid, &first_tagged, step, meeting);
         layout.mark_links();
         let nodes = Nodes::new(&layout, &sums, &folds, step.gravity);
@@ -98,13 +103,9 @@ fn ties(
     meeting: &Meeting<'_>,
 ) -> (Vec<(usize, Fold)>, Vec<Divided>) {
     let slot_of = |i: usize, class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
-    let cut_of = |i: usize| {
-        let keys = &grid.cuts[grid.cut_slot[i].checked_sub(1)? as usize].keys;
-        let nodes = (1..=keys.len()).map(|class| sums[slot_of(i, class)]).collect();
-        Some(CutBlock { keys: keys.clone(), nodes, ghosts: vec![] })
-    };
-    let cuts: Vec<Option<CutBlock>> = (0..state.blocks.len()).into_par_iter().map(cut_of).collect();
-    let folded = |i: usize| cuts[i].as_ref().map(|cut| meeting::folded_masses(&sums[i], cut, state.blocks[i], step, meeting));
+    let cut_of = |i: usize| Some(&grid.cuts[grid.cut_slot[i].checked_sub(1)? as usize]);
+    let cuts: Vec<Option<&CutBlock>> = (0..state.blocks.len()).map(cut_of).collect();
+    let folded = |i: usize| cuts[i].map(|cut| meeting::folded_masses(&sums[i], cut, state.blocks[i], step, meeting));
     let masses: Vec<Option<ClassMasses>> = (0..state.blocks.len()).into_par_iter().map(folded).collect();
     let masses_of = |block: IVec3| masses[state.table.slot(block)?].as_ref();
     let found: Vec<Found> = (0..state.blocks.len())
@@ -116,8 +117,7 @@ fn ties(
                 return (links, (folds, vec![]));
             }
             let slot_of = |class: usize| slot_of(i, class);
-            let Ties { leaders, folds: columns, divided } =
-                meeting::ties(&sums[i], cuts[i].as_ref(), block, step, meeting, &masses_of);
+            let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &masses_of);
             let divided = divided.into_iter().map(|(node, fields, normal)| {
                 let slots = fields.map(|class| slot_of(class.into()) as u32);
                 Divided { slots, node: node as u8, normal }
