@@ -33,7 +33,7 @@ impl System<'_> {
         }
         self.accept();
         self.sides.settle(&self.u, &self.accepted.residual);
-        if self.sides.is_empty() && least.passes == 1 && passes > 1 {
+        if least.passes == 1 && passes > 1 {
             self.try_still(&mut least);
         }
         while least.passes < passes {
@@ -42,17 +42,22 @@ impl System<'_> {
                 self.search.forget();
                 slope = self.find_direction();
             }
-            let Some(mut tried) = self.descend(slope, passes, &mut least) else { break };
+            let Some(tried) = self.descend(slope, passes, &mut least) else { break };
             self.accept();
-            if !self.sides.is_empty() {
-                self.sides.settle(&self.u, &self.accepted.residual);
-                self.sides.take_ways(&mut self.search.step);
-                self.sides.take_reactions(&mut self.search.change);
-                tried = self.search.sums();
-            }
-            self.search.keep(&tried);
+            self.sides.settle(&self.u, &self.accepted.residual);
+            self.keep(tried);
         }
         Ok(least)
+    }
+
+    /// Keeps the step and the change of the slope, of what is searched.
+    fn keep(&mut self, mut tried: Tried) {
+        if !self.sides.is_empty() {
+            self.sides.take_ways(&mut self.search.step);
+            self.sides.take_reactions(&mut self.search.change);
+            tried = self.search.sums();
+        }
+        self.search.keep(&tried);
     }
 
     /// Goes back to where the clay stands still, if it is lower there: tried where motion as it was leads up
@@ -80,11 +85,12 @@ impl System<'_> {
         let tried = self.judge();
         if is_sound && tried.slope <= -back {
             self.accept();
+            self.sides.settle(&self.u, &self.accepted.residual);
         } else {
             std::mem::swap(&mut self.search.before, &mut self.u);
         }
         if is_sound {
-            self.search.keep(&tried);
+            self.keep(tried);
         }
     }
 

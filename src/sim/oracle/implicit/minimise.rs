@@ -45,8 +45,8 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
     }
     pairs.settle(&least.u, &least.slope.residual);
     let mut known: Vec<[Vec<DVec3>; 2]> = vec![];
-    if pairs.is_empty() && least.passes == 1 && passes > 1 {
-        known.extend(try_still(system, &mut least));
+    if least.passes == 1 && passes > 1 {
+        known.extend(try_still(system, &mut pairs, &mut least));
     }
     while least.passes < passes {
         let residual = searched(&pairs, &least.slope.residual);
@@ -60,26 +60,25 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
         let change = difference(&slope.residual, &least.slope.residual);
         (least.u, least.slope) = (u, slope);
         pairs.settle(&least.u, &least.slope.residual);
-        let (step, change) = (pairs.along(step), pairs.without_reactions(change));
-        if is_curved(&step, &change) {
-            known.push([step, change]);
-            if known.len() > PAIRS {
-                known.remove(0);
-            }
+        known.extend(searched_pair(&pairs, step, change));
+        if known.len() > PAIRS {
+            known.remove(0);
         }
     }
     least.slope.residual = searched(&pairs, &least.slope.residual);
     least
 }
 
-/// Whether the step tells of the curvature.
-fn is_curved(step: &[DVec3], change: &[DVec3]) -> bool {
-    dot(step, change) > CURVATURE_MIN * (dot(step, step) * dot(change, change)).sqrt()
+/// The step and the change of the slope, of what is searched, if they tell of the curvature.
+fn searched_pair(pairs: &Pairs, step: Vec<DVec3>, change: Vec<DVec3>) -> Option<[Vec<DVec3>; 2]> {
+    let (step, change) = (pairs.along(step), pairs.without_reactions(change));
+    let is_curved = dot(&step, &change) > CURVATURE_MIN * (dot(&step, &step) * dot(&change, &change)).sqrt();
+    is_curved.then_some([step, change])
 }
 
 /// Goes back to where the clay stands still, if it is lower there; the step and the change of the slope, if
 /// they tell of the curvature.
-fn try_still(system: &System<'_>, least: &mut Least) -> Option<[Vec<DVec3>; 2]> {
+fn try_still(system: &System<'_>, pairs: &mut Pairs, least: &mut Least) -> Option<[Vec<DVec3>; 2]> {
     let step: Vec<DVec3> = system.unknowns.masked(least.u.iter().map(|u| -*u).collect());
     let back = dot(&step, &least.slope.residual);
     if -back <= system.inertia(&step) {
@@ -92,8 +91,9 @@ fn try_still(system: &System<'_>, least: &mut Least) -> Option<[Vec<DVec3>; 2]> 
     let is_sound = slope.is_sound;
     if is_sound && dot(&step, &slope.residual) <= -back {
         (least.u, least.slope) = (still, slope);
+        pairs.settle(&least.u, &least.slope.residual);
     }
-    (is_sound && is_curved(&step, &change)).then_some([step, change])
+    if is_sound { searched_pair(pairs, step, change) } else { None }
 }
 
 fn difference(a: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {

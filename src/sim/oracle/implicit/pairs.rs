@@ -87,11 +87,6 @@ impl Pair {
 }
 
 impl Pairs {
-    /// Whether nothing is cut.
-    pub(super) fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-
     /// The pairs of the nodes that kept cuts divide.
     pub(super) fn new(grid: &Grid, unknowns: &Unknowns, around: &Surroundings) -> Self {
         let mut all = vec![];

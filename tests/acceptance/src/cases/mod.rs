@@ -198,6 +198,7 @@ pub const CASES: &[Case] = &[
     implicitly!("dragged plate", 4, slide::sliding),
     implicitly!("separating floor", 6, contact::separating_floor),
     implicitly!("rest", 6, stability::rest),
+    implicitly!("energy", 5, stability::energy),
     implicitly!("cell crossing", 2, stability::crossing),
     implicitly!("pressed clay", 2, stability::pressed),
     implicitly!("blade leak", 0, blade::leak),
