@@ -11,7 +11,7 @@ use super::super::state::State;
 use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
-use super::vectors::{Block3, Vector, in_lanes};
+use super::vectors::{Block3, Vector, for_each, for_each_pair, in_lanes};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
@@ -152,20 +152,23 @@ impl Nodes {
     fn new(layout: &Layout, sums: &[super::super::nodes::Nodes], folds: &[(usize, Fold)], gravity: DVec3) -> Self {
         let count = sums.len();
         let mut nodes = Self { held: vec![Block3([[1.0; 64]; 3]); count], is_at_wall: vec![0; count], ..Self::default() };
-        let (mut momentum, mut mass, mut diagonal) =
-            (vec![Block3::ZERO; count], vec![Block3::ZERO; count], vec![Block3::ZERO; count]);
-        nodes.fill = vec![[0.0; 64]; count];
-        for (i, sums) in sums.iter().enumerate() {
-            nodes.own.push(std::array::from_fn(|k| [0, 1, 2, 3].map(|d| sums[k].0[d])));
-            for (k, node) in sums.iter().enumerate() {
+        let [mut momentum, mut mass, mut diagonal, mut velocity, mut free] = std::array::from_fn(|_| vec![Block3::ZERO; count]);
+        (nodes.own, nodes.fill, nodes.mass) = (vec![[[0.0; 4]; 64]; count], vec![[0.0; 64]; count], vec![[0.0; 64]; count]);
+        for_each_pair(&mut momentum, &mut diagonal, |i, momentum, diagonal| {
+            for (k, node) in sums[i].iter().enumerate() {
                 for d in 0..3 {
-                    momentum[i].0[d][k] = node.0[d];
-                    diagonal[i].0[d][k] = node.0[4 + d];
+                    momentum.0[d][k] = node.0[d];
+                    diagonal.0[d][k] = node.0[4 + d];
                 }
-                mass[i].0[0][k] = node.0[3];
-                nodes.fill[i][k] = node.0[7];
             }
-        }
+        });
+        for_each_pair(&mut nodes.own, &mut nodes.fill, |i, own, fill| {
+            for (k, node) in sums[i].iter().enumerate() {
+                own[k] = [0, 1, 2, 3].map(|d| node.0[d]);
+                fill[k] = node.0[7];
+            }
+        });
+        for_each(&mut mass, |i, mass| sums[i].iter().enumerate().for_each(|(k, node)| mass.0[0][k] = node.0[3]));
         layout.fold(&mut momentum);
         layout.fold_diagonal(&mut mass);
         layout.fold_diagonal(&mut diagonal);
@@ -175,13 +178,12 @@ impl Nodes {
             }
             nodes.is_at_wall[*slot] |= 1 << fold.outer | 1 << fold.wall | 1 << fold.inner;
         }
-        let g = gravity.as_vec3().to_array();
         nodes.fold_fill(folds);
         nodes.find_live(layout, &mass);
         let mut is_linked = vec![0u64; count];
         layout.links.iter().for_each(|link| is_linked[link.from.0 as usize] |= 1 << link.from.1);
-        for i in 0..count {
-            let (mut velocity, mut free) = (Block3::ZERO, Block3::ZERO);
+        let g = gravity.as_vec3().to_array();
+        for_each_pair(&mut velocity, &mut free, |i, velocity, free| {
             for k in 0..64 {
                 let m = mass[i].0[0][k];
                 for d in 0..3 {
@@ -190,24 +192,23 @@ impl Nodes {
                     free.0[d][k] = if is_free { nodes.held[i].0[d][k] } else { 0.0 };
                 }
             }
-            nodes.velocity.push(velocity);
-            nodes.free.push(free);
-        }
-        (nodes.mass, nodes.diagonal) = (mass.iter().map(|m| m.0[0]).collect(), diagonal);
-        nodes
+        });
+        for_each(&mut nodes.mass, |i, own| *own = mass[i].0[0]);
+        Self { velocity, free, diagonal, ..nodes }
     }
 
     /// Where clay moves for the cycle however light it is, where walls hold it.
     fn find_live(&mut self, layout: &Layout, mass: &[Block3]) {
         self.live = vec![Block3::ZERO; mass.len()];
-        for (i, live) in self.live.iter_mut().enumerate() {
+        let held = &self.held;
+        for_each(&mut self.live, |i, live| {
             for k in 0..64 {
                 for d in 0..3 {
-                    let sign = 2.0 * self.held[i].0[d][k] - 1.0;
+                    let sign = 2.0 * held[i].0[d][k] - 1.0;
                     live.0[d][k] = if mass[i].0[0][k] > 0.0 { sign } else { 0.0 };
                 }
             }
-        }
+        });
         for Link { from, to, image } in &layout.links {
             for d in 0..3 {
                 let is_held = from.0 == to.0 && image[d] <= 0.0 && mass[to.0 as usize].0[0][usize::from(to.1)] > 0.0;
@@ -238,7 +239,7 @@ impl Nodes {
         let falls_from = GUESS_FALL_MIN as f32 * gravity.length_squared() as f32;
         let way_max = GUESS_WAY_MAX as f32;
         let mut guess = self.velocity.clone();
-        for (i, u) in guess.iter_mut().enumerate() {
+        for_each(&mut guess, |i, u| {
             for k in 0..64 {
                 let has_mass = self.mass[i][k] > 0.0;
                 let own: [f32; 3] = std::array::from_fn(|d| if has_mass { u.0[d][k] - weight[d] } else { 0.0 });
@@ -250,7 +251,7 @@ impl Nodes {
                     u.0[d][k] = self.held[i].0[d][k] * kept * way[d];
                 }
             }
-        }
+        });
         guess
     }
 }

@@ -47,7 +47,7 @@ use search::Search;
 use slope::Pass;
 use std::time::Instant;
 use tile::Rows;
-use vectors::{Block3, Vector, dot, dot_of, for_each, for_each_pair};
+use vectors::{Block3, Vector, dot, dot_of, for_each, for_each_pair, sum_over};
 
 /// Greatest way of a node in a step \[cells\]: particles' stencils stand half of it away from their cells.
 const WAY_MAX: f32 = 1.5;
@@ -198,13 +198,13 @@ impl System<'_> {
         for cross in &mut cross {
             cross.flat_mut().iter_mut().for_each(|cross| *cross *= CONTACT_SHARE as f32);
         }
-        for (extra, mass) in extra.iter_mut().zip(&self.nodes.mass) {
+        for_each(&mut extra, |slot, extra| {
             for component in &mut extra.0 {
                 for k in 0..64 {
-                    component[k] = CONTACT_SHARE as f32 * component[k] + mass[k];
+                    component[k] = CONTACT_SHARE as f32 * component[k] + self.nodes.mass[slot][k];
                 }
             }
-        }
+        });
         let law = &self.pass.s.step.law;
         self.multigrid.set_up(&Finest {
             layout,
@@ -287,45 +287,66 @@ impl System<'_> {
         let nodes = &self.nodes;
         let mut outer = self.contact(0);
         self.pass.layout.fold(&mut outer);
-        let (mut all, mut weights) = (0.0, 0.0);
-        for (i, outer) in outer.iter().enumerate() {
+        let [all, weights] = sum_over(outer.len(), |i| {
+            let (mut all, mut weights) = (0.0, 0.0);
             for d in 0..3 {
                 for k in 0..64 {
                     let inertia = nodes.mass[i][k] * (self.u[i].0[d][k] - nodes.velocity[i].0[d][k]);
-                    all += f64::from(nodes.free[i].0[d][k] * (inertia - outer.0[d][k])).powi(2);
+                    all += f64::from(nodes.free[i].0[d][k] * (inertia - outer[i].0[d][k])).powi(2);
                     weights += (f64::from(nodes.free[i].0[d][k] * nodes.mass[i][k]) * self.gravity[d]).powi(2);
                 }
             }
-        }
+            [all, weights]
+        });
         all.max(weights).sqrt()
     }
 
     /// What the nodes got of walls, and of nobody.
     fn book(&self, report: &mut StepReport) {
-        let nodes = &self.nodes;
-        for (i, own) in nodes.own.iter().enumerate() {
-            for (k, own) in own.iter().enumerate() {
-                let mass = f64::from(own[3]);
-                report.mass += mass;
-                if mass == 0.0 {
-                    continue;
-                }
-                let vector = |v: &Vector| DVec3::new(v[i].0[0][k].into(), v[i].0[1][k].into(), v[i].0[2][k].into());
-                let momentum = DVec3::new(own[0].into(), own[1].into(), own[2].into());
-                let way = vector(&self.u);
-                let left = mass * (way - self.gravity) - momentum - vector(&self.accepted.forces);
-                if nodes.is_at_wall[i] >> k & 1 == 1 {
-                    report.grid.push_by_wall(left);
-                } else {
-                    report.unbalanced += left;
-                }
-                // What is light drags no particle along.
-                if f64::from(nodes.mass[i][k]) > 8.0 * DRAGGING_MASS {
-                    #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
-                    let speed = way.length() as f32;
-                    report.grid.speed_max = report.grid.speed_max.max(speed);
-                }
-            }
+        let mut each = vec![Booked::default(); self.nodes.own.len()];
+        for_each(&mut each, |slot, booked| *booked = self.booked(slot));
+        for booked in each {
+            report.mass += booked.mass;
+            report.unbalanced += booked.unbalanced;
+            report.grid.add(&booked.grid);
         }
     }
+
+    /// What the nodes of a slot got.
+    fn booked(&self, slot: usize) -> Booked {
+        let nodes = &self.nodes;
+        let mut booked = Booked::default();
+        for (k, own) in nodes.own[slot].iter().enumerate() {
+            let mass = f64::from(own[3]);
+            booked.mass += mass;
+            if mass == 0.0 {
+                continue;
+            }
+            let vector = |v: &Vector| DVec3::new(v[slot].0[0][k].into(), v[slot].0[1][k].into(), v[slot].0[2][k].into());
+            let momentum = DVec3::new(own[0].into(), own[1].into(), own[2].into());
+            let way = vector(&self.u);
+            let left = mass * (way - self.gravity) - momentum - vector(&self.accepted.forces);
+            if nodes.is_at_wall[slot] >> k & 1 == 1 {
+                booked.grid.push_by_wall(left);
+            } else {
+                booked.unbalanced += left;
+            }
+            // What is light drags no particle along.
+            if f64::from(nodes.mass[slot][k]) > 8.0 * DRAGGING_MASS {
+                #[expect(clippy::cast_possible_truncation, reason = "speeds are f32")]
+                let speed = way.length() as f32;
+                booked.grid.speed_max = booked.grid.speed_max.max(speed);
+            }
+        }
+        booked
+    }
+}
+
+/// What the nodes of a slot got in a step.
+#[derive(Clone, Debug, Default)]
+struct Booked {
+    mass: f64,
+    grid: GridReport,
+    /// Of nobody.
+    unbalanced: DVec3,
 }
