@@ -1,5 +1,5 @@
 //! What a frame costs one way and another, and what it is off by: explicit steps, explicit steps with scaled
-//! inertia, and implicit ones, of a strip and a ball that are pressed into clay at four speeds.
+//! inertia, and implicit ones, of a strip, a ball and a blade that are pressed into clay at four speeds.
 //!
 //! `cargo run --release --no-default-features --bin work_precision -- --out DIR [--quick] [--only SUBSTRING]
 //! [--docs docs [--redraw]]`

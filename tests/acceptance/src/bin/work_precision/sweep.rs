@@ -23,7 +23,7 @@ pub(crate) const ERRORS: [&str; 2] = ["force", "displacements"];
 /// One run against the reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Point {
-    /// The tool: strip or ball.
+    /// The tool: strip, ball or blade.
     pub(crate) tool: Cow<'static, str>,
     /// Its speed [mm/s].
     pub(crate) speed: f64,
@@ -103,7 +103,7 @@ pub(crate) struct Job {
 pub(crate) fn jobs(size: Size) -> Vec<Job> {
     let (width, radius) = (size.pick(4, 4, 8), size.pick(2.0, 2.0, 4.0));
     let depth = size.pick(1.0, 1.0, 1.2);
-    let tools = [("strip", Shape::Strip(width)), ("ball", Shape::Ball(radius))];
+    let tools = [("strip", Shape::Strip(width)), ("ball", Shape::Ball(radius)), ("blade", Shape::Blade(width))];
     let speeds: &[f64] = size.pick(&[200.0], &[5.0, 20.0, 100.0, 200.0], &[5.0, 20.0, 100.0, 200.0]);
     let mut jobs = vec![];
     for (tool, shape) in tools {

@@ -4,7 +4,7 @@
 //! |-----------|-------------------------------------------------------------|
 //! | `stroke`  | a tool pressed into clay, integrated in whichever way       |
 //! | `compare` | how far one run is from another                             |
-//! | `pressed` | strips and balls, in all clays: force, ways, volume, passes |
+//! | `pressed` | strips, balls and blades: force, ways, volume, passes   |
 //! | `rest`    | tools held and taken away, own weight, flight               |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
 //! | `planned` | clay whose frames a planner plans                           |
@@ -19,7 +19,7 @@ mod several;
 mod stroke;
 
 pub use compare::Reference;
-pub use pressed::{BUDGETS, Budget, balls, presets, strips};
+pub use pressed::{BUDGETS, Budget, balls, blades, presets, strips};
 pub use rest::{held, released, self_weight, tossed_block, unloading};
 pub use scenes::scenes;
 pub use several::{determinism, mirrored, sparse};

@@ -29,6 +29,12 @@ pub const BUDGETS: [Budget; 4] = [
     Budget { speed: 0.1, pace: Pace { travel: 0.5 * SAMPLE, passes: 12 }, passes: 120.0, force: 2.5, way: Some(3.0) },
 ];
 
+/// The same of a blade.
+const BLADE_BUDGETS: [Budget; 2] = [
+    Budget { speed: 0.02, pace: Pace { travel: 0.5 * SAMPLE, passes: 15 }, passes: 30.0, force: 3.0, way: None },
+    Budget { speed: 0.1, pace: Pace { travel: 0.5 * SAMPLE, passes: 12 }, passes: 120.0, force: 3.0, way: None },
+];
+
 /// Change of the clay's volume [%], at most.
 const SWELLING: f64 = 0.5;
 /// Jitter of the force from frame to frame [%], at most.
@@ -98,11 +104,13 @@ fn budgets(speed: f64) -> Vec<&'static Budget> {
     BUDGETS.iter().filter(|b| b.speed == speed).collect()
 }
 
-/// The tool of a case and how deep it goes \[cells\]: a strip to half its width, a ball to half its radius.
+/// The tool of a case and how deep it goes \[cells\]: strips and blades to half their width, a ball to half its
+/// radius.
 fn tool(shape: Shape, size: Size) -> (&'static str, f64) {
     match shape {
         Shape::Strip(width) => ("strip", size.pick(0.15, 0.15, 0.5) * f64::from(width)),
         Shape::Ball(radius) => ("ball", size.pick(0.3, 0.3, 0.5) * radius),
+        Shape::Blade(width) => ("blade", size.pick(0.3, 0.3, 0.5) * f64::from(width)),
     }
 }
 
@@ -135,6 +143,23 @@ pub fn strips(size: Size) -> Vec<Row> {
 /// A ball.
 pub fn balls(size: Size) -> Vec<Row> {
     soft(Shape::Ball(size.pick(2.0, 4.0, 4.0)), size)
+}
+
+/// A blade that goes flat into clay, which closes over it.
+pub fn blades(size: Size) -> Vec<Row> {
+    let shape = Shape::Blade(size.pick(4, 4, 8));
+    let (name, depth) = tool(shape, size);
+    let (contact, material) = (Contact::default(), Preset::SoftClay.material());
+    let job = |budget: &'static Budget| Job {
+        name: format!("{name}, friction 0.3, {} mm/s", 1e3 * budget.speed),
+        stroke: Stroke { shape, contact, material, speed: budget.speed, depth },
+        range: [0.1 * depth, depth],
+        budgets: vec![budget],
+        is_judged: true,
+    };
+    let [slow, fast] = &BLADE_BUDGETS;
+    let jobs: Vec<Job> = size.pick(vec![fast], vec![fast], vec![slow, fast]).into_iter().map(job).collect();
+    jobs.par_iter().flat_map_iter(Job::rows).collect()
 }
 
 /// Clays other than soft clay: whether their errors have limits.

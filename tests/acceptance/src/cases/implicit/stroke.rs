@@ -70,6 +70,9 @@ pub enum Shape {
     Strip(i32),
     /// A quarter of a ball of this radius \[cells\].
     Ball(f64),
+    /// Half of a blade of this width \[cells\], in plane strain: it goes flat into the clay, which closes over
+    /// its rims.
+    Blade(i32),
 }
 
 /// A tool that goes straight into clay.
@@ -115,6 +118,7 @@ impl Stroke {
         let (clay, mover) = match self.shape {
             Shape::Strip(width) => strip(width),
             Shape::Ball(radius) => quarter(radius),
+            Shape::Blade(width) => blade(width),
         };
         let tool = Tool { contact: self.contact, ..mover.tool };
         (Snapshot { material: self.material, ..clay }, Mover { tool, velocity: DVec3::NEG_Y * self.speed, ..mover })
@@ -173,16 +177,29 @@ impl Stroke {
     }
 }
 
+/// Thickness of clay in plane strain \[cells\].
+const SLAB: i32 = 4;
+/// Half the height of a strip \[cells\].
+const STRIP_HALF: f64 = 2.0;
+
+/// A blade in the place of a [`strip`], flat above the clay.
+fn blade(width: i32) -> (Snapshot, Mover) {
+    let (clay, mover) = strip(width);
+    let shape = ToolShape::Blade { half_width: 0.5 * f64::from(width) * DX, half_height: f64::from(SLAB) * DX };
+    let position = mover.pose.position - DVec3::Y * STRIP_HALF * DX;
+    let pose = Pose { position, rotation: DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2) };
+    (clay, Mover { tool: Tool { shape, ..mover.tool }, pose, ..mover })
+}
+
 /// Half a strip of `width` \[cells\] above a block in plane strain, on a floor that it sticks to.
 fn strip(width: i32) -> (Snapshot, Mover) {
-    const SLAB: i32 = 4;
     let size = IVec3::new(5 * width / 2, 2 * width, SLAB);
     let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
     let domain = room_with([size.x, size.y + 4, size.z], walls);
     let mut particles = block(DVec3::ZERO, size);
     at_walls(&domain, &mut particles);
-    let shape = ToolShape::Box { half_size: DVec3::new(0.5 * f64::from(width), 2.0, f64::from(SLAB)) };
-    let at = DVec3::new(0.0, f64::from(size.y) + 2.0 + GAP, 0.5 * f64::from(SLAB));
+    let shape = ToolShape::Box { half_size: DVec3::new(0.5 * f64::from(width), STRIP_HALF, f64::from(SLAB)) };
+    let at = DVec3::new(0.0, f64::from(size.y) + STRIP_HALF + GAP, 0.5 * f64::from(SLAB));
     let mover = Mover::new(&domain, shape, Contact::default(), at, DQuat::IDENTITY);
     (snapshot(domain, Preset::SoftClay.material(), particles), mover)
 }
