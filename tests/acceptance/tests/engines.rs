@@ -284,6 +284,37 @@ fn crumbs_rest_in_implicit_steps() {
     }
 }
 
+/// An implicit frame in whose steps clay goes too far is redone in steps of half the length, from the clay as
+/// it was: bit by bit the frame that was planned so, under a tool that touches it and across a cut.
+#[test]
+fn implicit_frame_that_is_redone_is_one_of_shorter_steps() {
+    let mut s = block(IVec3::splat(6), 1.0, Walls::default(), stiff());
+    for q in &mut s.particles {
+        let side = q.grid().x - s.domain.wall_nodes().0.as_dvec3().x - 9.1;
+        q.tags[0] = Tag { sheet: 7, side: if side < 0.0 { -1 } else { 1 } };
+    }
+    let dt = 1e-3;
+    velocities(&mut s, |_| DVec3::X * 2.0 * CELL / dt);
+    let tool = Tool { shape: ToolShape::Sphere { radius: 2.0 * CELL }, contact: agreement::SEPARATE };
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(9.0, 8.9, 9.0);
+    let run = |dt: f64, steps: u32| {
+        let mut p = FramePlan { dt, steps, ..plan(&s, 1.0, 1, vec![]) };
+        p.integrator = Integrator::Implicit { passes: 12 };
+        p.tools = vec![moving(&s, &p, tool, at, at + DVec3::X * 2.0, DQuat::IDENTITY)];
+        let mut engine = NativeEngine::new();
+        engine.load(&s).expect("load");
+        engine.submit(p).expect("submit");
+        let report = engine.wait().expect("report");
+        assert!(!report.health.contains(Health::GIVEN_UP) && report.tools[0].contacts > 0, "{}", report.health);
+        (report.redone, report.steps, engine.save().expect("save"))
+    };
+    let (redone, steps, clay) = run(dt, 1);
+    assert!(redone > 0 && steps == 1 << redone, "{redone}: {steps}");
+    let planned = run(dt / f64::from(steps), steps);
+    assert_eq!((planned.0, planned.1), (0, steps));
+    assert!(planned.2.particles == clay.particles, "the same clay");
+}
+
 /// A blade that stands askew pushes free clay on as fast as it goes itself, and not off along its own axes: a
 /// preconditioner with the diagonal of its springs alone threw it aside at four fifths of that.
 #[test]
