@@ -1,0 +1,12 @@
+//! Force: what a hand feels of the clay, a thousand times a second.
+//!
+//! | stage      | takes                          | makes                        | equation                  |
+//! |------------|--------------------------------|------------------------------|---------------------------|
+//! | [`model`]  | one clay frame                 | its contact, as the hand's loop needs it | local, of first order |
+//! | [`device`] | a device's own clock           | ticks: state in, force out   | -                         |
+//!
+//! Nothing here names the clay's engines: a frame's contact comes as a [`ContactModel`](model::ContactModel).
+//! Units are SI, axes the world's (right-handed, Y up), forces those on the hand.
+
+pub mod device;
+pub mod model;
