@@ -36,8 +36,8 @@ pub struct ContactModel {
     pub force: DVec3,
     /// Out of the clay, of unit length; zero where nothing touches.
     pub normal: DVec3,
-    /// How the force falls with the tool's place: `force(x) = force - stiffness (x - position)` \[N/m\]. Symmetric,
-    /// no eigenvalue negative.
+    /// How the force falls with the tool's place: `force(x) = force - stiffness (x - position)` \[N/m\].
+    /// Symmetric, no eigenvalue negative.
     pub stiffness: DMat3,
     /// Force beyond which the clay gives way \[N\]; infinite where it does not.
     pub yield_force: f64,
