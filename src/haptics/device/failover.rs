@@ -226,3 +226,139 @@ fn device_run(device: Box<dyn HapticDevice>, servo: Option<Box<dyn Servo>>) -> R
     let servo = servo.ok_or((None, None))?;
     device.run(servo).map_err(|not| (not.servo, Some(not.error)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DeviceInfo, DeviceState, NotStarted};
+    use super::*;
+    use glam::DVec3;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    struct Nothing;
+
+    impl Servo for Nothing {
+        fn tick(&mut self, _state: &DeviceState, _dt: f64) -> DVec3 {
+            DVec3::ZERO
+        }
+    }
+
+    /// A device that starts or does not, and keeps the servo or breaks it.
+    #[derive(Clone)]
+    struct Mock {
+        info: DeviceInfo,
+        starts: bool,
+        breaks: bool,
+    }
+
+    struct RunningMock(Mock, Box<dyn Servo>);
+
+    impl HapticDevice for Mock {
+        fn info(&self) -> &DeviceInfo {
+            &self.info
+        }
+
+        fn run(self: Box<Self>, servo: Box<dyn Servo>) -> Result<Box<dyn RunningDevice>, NotStarted> {
+            if self.starts {
+                return Ok(Box::new(RunningMock(*self, servo)));
+            }
+            Err(NotStarted { error: DeviceError::Busy, servo: Some(servo) })
+        }
+    }
+
+    impl RunningDevice for RunningMock {
+        fn info(&self) -> &DeviceInfo {
+            &self.0.info
+        }
+
+        fn phase(&self) -> DevicePhase {
+            if self.0.breaks { DevicePhase::Lost } else { DevicePhase::Running }
+        }
+
+        fn state(&mut self) -> Option<DeviceState> {
+            None
+        }
+
+        fn event(&mut self) -> Option<DeviceEvent> {
+            None
+        }
+
+        fn stop(self: Box<Self>) -> Option<Box<dyn Servo>> {
+            (!self.0.breaks).then_some(self.1)
+        }
+    }
+
+    fn mock(starts: bool, breaks: bool) -> Arc<Open> {
+        let info = DeviceInfo {
+            name: "mock".into(),
+            serial: String::new(),
+            freedoms: [3, 3],
+            force_max: 1.0,
+            continuous_force_max: 1.0,
+            stiffness_max: 1.0,
+            damping_max: 1.0,
+            workspace: [DVec3::ZERO; 2],
+            resolution: 1e-5,
+            rate: 1000.0,
+            buttons: 0,
+        };
+        Arc::new(move || Ok(Box::new(Mock { info: info.clone(), starts, breaks })))
+    }
+
+    fn next(failover: &mut Failover, now: f64) -> FailoverEvent {
+        loop {
+            match failover.poll(now) {
+                Some(event) => return event,
+                None => std::thread::yield_now(),
+            }
+        }
+    }
+
+    #[test]
+    fn a_device_that_opens_and_does_not_start_leaves_the_stand_in() {
+        let mut failover = Failover::start(mock(false, false), mock(true, false), Retry::default(), Box::new(Nothing)).unwrap();
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::StandIn));
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::Away(DeviceError::Busy)));
+        assert!(failover.running().is_some() && !failover.is_here());
+        assert!(failover.poll(1.9).is_none() && failover.aside.is_none(), "too early");
+        assert!(failover.poll(2.0).is_none() && failover.aside.is_some(), "tried again");
+        assert!(failover.stop().is_some());
+    }
+
+    #[test]
+    fn tries_are_ever_further_apart() {
+        let tries = Arc::new(AtomicU32::new(0));
+        let count = tries.clone();
+        let open = Arc::new(move || {
+            count.fetch_add(1, Ordering::Relaxed);
+            Err(DeviceError::Busy)
+        });
+        let mut failover = Failover::start(open, mock(true, false), Retry::default(), Box::new(Nothing)).unwrap();
+        // A clock of tenths of seconds that waits for what is done aside.
+        for tenth in 0..1000 {
+            while failover.poll(f64::from(tenth) * 0.1).is_some() || failover.aside.is_some() {
+                std::thread::yield_now();
+            }
+        }
+        // 0, 2, 5, 9.5, 16.25, 26.4, 41.6, 64.3, 94.3 s.
+        assert_eq!(tries.load(Ordering::Relaxed), 9);
+    }
+
+    #[test]
+    fn a_servo_that_failed_ends_all() {
+        let mut failover = Failover::start(mock(true, true), mock(true, false), Retry::default(), Box::new(Nothing)).unwrap();
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::StandIn));
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::Here));
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::Ended));
+        assert!(failover.running().is_none() && failover.poll(99.0).is_none());
+        assert!(failover.stop().is_none());
+    }
+
+    #[test]
+    fn a_driver_that_panics_is_a_device_that_is_away() {
+        let open: Arc<Open> = Arc::new(|| panic!("a driver by plan"));
+        let mut failover = Failover::start(open, mock(true, false), Retry::default(), Box::new(Nothing)).unwrap();
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::StandIn));
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::Away(DeviceError::Thread(_))));
+        assert!(failover.running().is_some());
+    }
+}

@@ -124,9 +124,9 @@ impl std::fmt::Display for DeviceEvent {
     }
 }
 
-/// Faults that last: each begins once and ends once, however often it is reported meanwhile.
+/// Faults that last: each begins once and ends once, however often it is reported meanwhile. For drivers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Episodes {
+pub struct Episodes {
     active: u32,
     /// When each was last reported \[s\].
     last: [f64; Fault::ALL.len()],
@@ -138,7 +138,7 @@ const QUIET: f64 = 0.1;
 
 impl Episodes {
     /// Reports a fault; whether it begins with it.
-    pub(crate) fn report(&mut self, fault: Fault, time: f64) -> bool {
+    pub fn report(&mut self, fault: Fault, time: f64) -> bool {
         self.last[fault as usize] = time;
         let is_new = self.active & fault.bit() == 0;
         self.active |= fault.bit();
@@ -146,7 +146,7 @@ impl Episodes {
     }
 
     /// The faults that end now, as bits; none that is final.
-    pub(crate) fn end(&mut self, time: f64) -> u32 {
+    pub fn end(&mut self, time: f64) -> u32 {
         let is_over =
             |fault: &Fault| self.active & fault.bit() != 0 && !fault.is_final() && time - self.last[*fault as usize] > QUIET;
         let over = Fault::ALL.iter().filter(|f| is_over(f)).fold(0, |set, fault| set | fault.bit());
@@ -155,7 +155,7 @@ impl Episodes {
     }
 
     /// The faults that last, as bits.
-    pub(crate) fn active(&self) -> u32 {
+    pub fn active(&self) -> u32 {
         self.active
     }
 }

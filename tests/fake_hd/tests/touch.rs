@@ -310,6 +310,38 @@ fn without_force_the_motors_stay_off() {
     assert!(bench.seen.ticks.load(Ordering::Relaxed) > 1000);
 }
 
+/// Pushes with 1 N, whatever it is told.
+struct Heedless;
+
+impl Servo for Heedless {
+    fn tick(&mut self, _state: &DeviceState, _dt: f64) -> DVec3 {
+        DVec3::X
+    }
+}
+
+/// A servo without a chain of safety: the driver itself gives nothing while a fault lasts, and never more
+/// than the device's greatest force.
+#[test]
+fn a_servo_that_heeds_nothing_is_held_by_the_driver() {
+    let _one = plan("virtual;error=0x0201@1..1.1;error=0x0200@2..2.1;nan_pose@3..3.1;uncalibrated@4");
+    let touch = Touch::open(options()).unwrap();
+    let running = Box::new(touch).run(Box::new(Heedless)).map_err(|not| not.error).unwrap();
+    for start in [1.0, 2.0, 3.0] {
+        advance_to(start - 0.002);
+        assert_eq!(motors(), DVec3::X, "{start} s");
+        while time() < start + 0.19 {
+            advance(1);
+            let is_over = time() > start + LATEST;
+            assert!(!is_over || motors() == DVec3::ZERO, "{} s: {}", time(), motors());
+        }
+    }
+    advance_to(3.99);
+    assert_eq!(motors(), DVec3::X);
+    advance_to(4.0 + LATEST);
+    assert_eq!(motors(), DVec3::ZERO);
+    running.stop().unwrap();
+}
+
 /// The hand is in the wall before there is force; from nothing to all of it no step is greater than .3 N in
 /// 1 ms.
 #[test]

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 /// How a Touch is opened.
 #[derive(Clone, Debug)]
 pub struct TouchOptions {
-    /// The library's file; without one it is looked for: see [`candidates`](super::hd::library::candidates).
+    /// The library's file; without one it is looked for: see
+    /// [`candidates`](crate::haptics::device::hd::library::candidates).
     pub library: Option<PathBuf>,
     /// The device's name in the driver's setup; the default one without.
     pub name: Option<CString>,
