@@ -235,7 +235,7 @@ impl HapticDevice for TraceDevice {
         let asked = is_to_end.clone();
         let spawned = std::thread::Builder::new().name("haptic trace".into()).spawn(move || play(&self.0, servo, input, &asked));
         match spawned {
-            Ok(thread) => Ok(Box::new(RunningTrace { info, is_to_end, states, thread })),
+            Ok(thread) => Ok(Box::new(RunningTrace { info, is_to_end, states, thread: Some(thread) })),
             Err(error) => Err(NotStarted { error: error.into(), servo: None }),
         }
     }
@@ -265,7 +265,21 @@ struct RunningTrace {
     info: DeviceInfo,
     is_to_end: Arc<AtomicBool>,
     states: triple_buffer::Output<Option<DeviceState>>,
-    thread: JoinHandle<Box<dyn Servo>>,
+    /// None once it was ended.
+    thread: Option<JoinHandle<Box<dyn Servo>>>,
+}
+
+impl RunningTrace {
+    fn end(&mut self) -> Option<Box<dyn Servo>> {
+        self.is_to_end.store(true, Ordering::Release);
+        self.thread.take().and_then(|thread| thread.join().ok())
+    }
+}
+
+impl Drop for RunningTrace {
+    fn drop(&mut self) {
+        drop(self.end());
+    }
 }
 
 impl RunningDevice for RunningTrace {
@@ -274,7 +288,8 @@ impl RunningDevice for RunningTrace {
     }
 
     fn phase(&self) -> DevicePhase {
-        if self.thread.is_finished() { DevicePhase::Ended } else { DevicePhase::Running }
+        let is_over = self.thread.as_ref().is_none_or(JoinHandle::is_finished);
+        if is_over { DevicePhase::Ended } else { DevicePhase::Running }
     }
 
     fn state(&mut self) -> Option<DeviceState> {
@@ -285,9 +300,8 @@ impl RunningDevice for RunningTrace {
         None
     }
 
-    fn stop(self: Box<Self>) -> Option<Box<dyn Servo>> {
-        self.is_to_end.store(true, Ordering::Release);
-        self.thread.join().ok()
+    fn stop(mut self: Box<Self>) -> Option<Box<dyn Servo>> {
+        self.end()
     }
 }
 

@@ -14,8 +14,9 @@ use glam::DVec3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, MutexGuard};
+use std::time::Duration;
 
 /// Counts what threads of loops allocate. (The library has an allocator of its own.)
 struct Watching;
@@ -54,12 +55,20 @@ const LATEST: f64 = 0.02;
 /// A fault by plan from 2 s on: no force within 20 ms and until it ends, told once; force again by `back`
 /// \[s\].
 fn fault_ends_in_no_force(text: &str, fault: Option<Fault>, stage: Stage, end: f64, back: f64) {
-    thrown_hand_gets_no_force(text, 0.0, fault, stage, end, back);
+    drop(thrown_hand_gets_no_force(text, 0.0, fault, stage, end, back));
 }
 
-/// As that, with a hand that the plan throws so far \[m\]: it is led back slowly.
-fn thrown_hand_gets_no_force(text: &str, thrown: f64, fault: Option<Fault>, stage: Stage, end: f64, back: f64) {
-    let _one = plan(&format!("virtual;{text}"));
+/// As that, with a hand that the plan throws so far \[m\]: it is led back slowly. The device stays this
+/// test's as long as what it returns lives.
+fn thrown_hand_gets_no_force(
+    text: &str,
+    thrown: f64,
+    fault: Option<Fault>,
+    stage: Stage,
+    end: f64,
+    back: f64,
+) -> MutexGuard<'static, ()> {
+    let one = plan(&format!("virtual;{text}"));
     let mut bench = Bench::lean();
     bench.advance_to(2.0 + LATEST);
     while time() < end {
@@ -81,6 +90,7 @@ fn thrown_hand_gets_no_force(text: &str, thrown: f64, fault: Option<Fault>, stag
     }
     assert_eq!((before, bench.seen.episodes(stage)), (1, 1), "{text}: {stage:?}");
     assert_eq!(bench.running.phase(), DevicePhase::Running);
+    one
 }
 
 #[test]
@@ -104,18 +114,19 @@ fn a_place_or_turn_that_is_no_number_ends_in_no_force() {
 #[test]
 fn a_hand_that_flies_ends_in_no_force() {
     // The arm takes 5 ms to be faster than 1 m/s.
-    thrown_hand_gets_no_force("speed=6@2..2.03", 0.18, None, Stage::Speed, 2.04, 4.5);
+    drop(thrown_hand_gets_no_force("speed=6@2..2.03", 0.18, None, Stage::Speed, 2.04, 4.5));
 }
 
 #[test]
 fn the_librarys_own_limit_of_speed_is_an_error_of_force() {
-    thrown_hand_gets_no_force("max_speed=700;speed=4@2..2.03", 0.12, Some(Fault::Force), Stage::Device, 2.1, 4.5);
+    drop(thrown_hand_gets_no_force("max_speed=700;speed=4@2..2.03", 0.12, Some(Fault::Force), Stage::Device, 2.1, 4.5));
 }
 
 #[test]
 fn calibration_that_is_lost_is_found_in_the_inkwell_with_the_motors_off() {
     // Looked at ten times a second; the library itself gives no force to an arm whose place it does not know.
-    fault_ends_in_no_force("uncalibrated@2;inkwell@2.5..2.9", Some(Fault::Uncalibrated), Stage::Device, 2.5, 4.5);
+    let text = "uncalibrated@2;inkwell@2.5..2.9";
+    let _one = thrown_hand_gets_no_force(text, 0.0, Some(Fault::Uncalibrated), Stage::Device, 2.5, 4.5);
     assert!(count("calibrate") > 0);
     assert_eq!(count("calibrate_while_on"), 0);
 }
@@ -410,14 +421,22 @@ impl RunningDevice for Held {
     }
 }
 
-/// The next thing that it tells; what is done aside takes its own time, the device's clock stands.
-fn next(failover: &mut Failover) -> FailoverEvent {
-    loop {
+/// The next thing that it tells; what is done aside takes its own time, the device's clock goes by `ticks`
+/// each time it is asked.
+fn next_in_ticks(failover: &mut Failover, ticks: u64) -> FailoverEvent {
+    // A test whose event does not come ends all the same, after half a minute and more.
+    for _ in 0..30_000 {
+        advance(ticks);
         match failover.poll(time()) {
             Some(event) => return event,
-            None => std::thread::yield_now(),
+            None => std::thread::sleep(Duration::from_millis(1)),
         }
     }
+    panic!("nothing was told");
+}
+
+fn next(failover: &mut Failover) -> FailoverEvent {
+    next_in_ticks(failover, 0)
 }
 
 #[test]
@@ -447,18 +466,17 @@ fn an_unplugged_device_has_a_stand_in_until_it_is_plugged_in_again() {
     // Tried again in vain, and not told again.
     let opened = count("open");
     advance_to(3.2);
-    while count("open") == opened {
+    for _ in 0..30_000 {
         assert!(failover.poll(time()).is_none());
+        if count("open") > opened {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(1));
     }
+    assert!(count("open") > opened);
     advance_to(4.0);
     // When it is tried next depends on when the last try ended, aside.
-    let here = loop {
-        advance(1);
-        if let Some(event) = failover.poll(time()) {
-            break event;
-        }
-        std::thread::yield_now();
-    };
+    let here = next_in_ticks(&mut failover, 1);
     assert!(matches!(here, FailoverEvent::Here), "{here:?}");
     advance(2000);
     assert!(leans(motors()), "{}", motors());
