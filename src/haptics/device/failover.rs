@@ -242,11 +242,12 @@ mod tests {
         }
     }
 
-    /// A device that starts or does not, and keeps the servo or breaks it.
+    /// A device that starts or does not, is lost at once or runs on, and gives the servo back or breaks it.
     #[derive(Clone)]
     struct Mock {
         info: DeviceInfo,
         starts: bool,
+        is_lost: bool,
         breaks: bool,
     }
 
@@ -271,7 +272,7 @@ mod tests {
         }
 
         fn phase(&self) -> DevicePhase {
-            if self.0.breaks { DevicePhase::Lost } else { DevicePhase::Running }
+            if self.0.is_lost { DevicePhase::Lost } else { DevicePhase::Running }
         }
 
         fn state(&mut self) -> Option<DeviceState> {
@@ -288,6 +289,12 @@ mod tests {
     }
 
     fn mock(starts: bool, breaks: bool) -> Arc<Open> {
+        let mock = Mock { starts, breaks, ..lost() };
+        Arc::new(move || Ok(Box::new(Mock { is_lost: breaks, ..mock.clone() })))
+    }
+
+    /// A device that starts, is lost at once and gives the servo back.
+    fn lost() -> Mock {
         let info = DeviceInfo {
             name: "mock".into(),
             serial: String::new(),
@@ -301,7 +308,7 @@ mod tests {
             rate: 1000.0,
             buttons: 0,
         };
-        Arc::new(move || Ok(Box::new(Mock { info: info.clone(), starts, breaks })))
+        Mock { info, starts: true, is_lost: true, breaks: false }
     }
 
     fn next(failover: &mut Failover, now: f64) -> FailoverEvent {
@@ -324,6 +331,23 @@ mod tests {
         assert!(failover.poll(1.9).is_none() && failover.aside.is_none(), "too early");
         assert!(failover.poll(2.0).is_none() && failover.aside.is_some(), "tried again");
         assert!(failover.stop().is_some());
+    }
+
+    /// A device that was here and went is news again, and is tried as soon as the first time.
+    #[test]
+    fn a_device_that_goes_again_is_told_again() {
+        let tries = AtomicU32::new(0);
+        let open = Arc::new(move || {
+            let is_there = tries.fetch_add(1, Ordering::Relaxed) == 1;
+            if is_there { Ok(Box::new(lost()) as Box<dyn HapticDevice>) } else { Err(DeviceError::Busy) }
+        });
+        let mut failover = Failover::start(open, mock(true, false), Retry::default(), Box::new(Nothing)).unwrap();
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::StandIn));
+        assert!(matches!(next(&mut failover, 0.0), FailoverEvent::Away(DeviceError::Busy)));
+        assert!(matches!(next(&mut failover, 2.0), FailoverEvent::Here));
+        assert!(matches!(next(&mut failover, 2.0), FailoverEvent::StandIn));
+        assert!(matches!(next(&mut failover, 4.0), FailoverEvent::Away(DeviceError::Busy)));
+        assert_eq!(failover.next, 6.0);
     }
 
     #[test]
