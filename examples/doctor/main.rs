@@ -1,5 +1,5 @@
-//! Looks after a 3D Systems Touch, from the cable to the loop: `cargo doctor [-- --library FILE --seconds N
-//! --move]`.
+//! Looks after a 3D Systems Touch, from the cable to the loop: `cargo run --no-default-features --example
+//! doctor [-- --library FILE --seconds N --move]`.
 //!
 //! It says what is there and what is not, with what helps, and moves nothing unless it is asked to. Exit
 //! code 0 if a force loop would run, 1 if not.
