@@ -7,6 +7,7 @@
 //! |-------------|---------------------------|------------------------------------|----------------------|
 //! | [`sim`]     | snapshot, frame plans     | frame reports, surface particles   | Yu et al. Eq. 1-5    |
 //! | [`surface`] | surface particles         | closed, oriented triangle meshes   | Eq. 9, two-sided     |
+//! | [`haptics`] | contact of a clay frame   | force on a hand, at 1 kHz          | Eq. 6-8              |
 //! | [`scene`]   | scene files, mesh files   | snapshots, tool paths, mesh files  | winding number       |
 //! | `plugin`    | Bevy's clock and entities | frame plans, Bevy components       | -                    |
 //! | `ui`        | Bevy components           | egui panels on them                | -                    |
@@ -34,6 +35,7 @@
 //! ```
 #![warn(missing_docs)]
 
+pub mod haptics;
 #[cfg(feature = "bevy")]
 pub mod plugin;
 pub mod scene;

@@ -1,0 +1,80 @@
+//! What a clay frame says to the hand: its contact, of first order about the pose at which it was read.
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// Particles near the tool that a model holds, at most.
+pub const NEAR_MAX: usize = 256;
+
+/// A particle near the tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NearParticle {
+    /// Which it is: the same from frame to frame.
+    pub id: u32,
+    /// Where it is \[m\], in the world's frame.
+    pub position: [f32; 3],
+    /// Radius of a ball of its volume \[m\].
+    pub radius: f32,
+}
+
+/// Contact of a tool with clay in one clay frame. Of fixed size and free of pointers: it is handed to the
+/// servo without waiting.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactModel {
+    /// Clay frame.
+    pub frame: u64,
+    /// When it was published, by the host's clock \[s\].
+    pub stamp: f64,
+    /// Clay time that a second of wall time takes \[-\]; 0 while the clay is paused.
+    pub rate: f64,
+    /// Whether the clay is known to rest: its model stays true however old it is, as long as it is renewed.
+    pub is_resting: bool,
+    /// Place of the tool at which the rest was read \[m\].
+    pub position: DVec3,
+    /// The tool's rotation there.
+    pub rotation: DQuat,
+    /// Force of the clay on the tool, averaged over the frame \[N\].
+    pub force: DVec3,
+    /// Out of the clay, of unit length; zero where nothing touches.
+    pub normal: DVec3,
+    /// How the force falls with the tool's place: `force(x) = force - stiffness (x - position)` \[N/m\].
+    /// Symmetric, no eigenvalue negative.
+    pub stiffness: DMat3,
+    /// Force beyond which the clay gives way \[N\]; infinite where it does not.
+    pub yield_force: f64,
+    /// Coefficient of friction of the tool on the clay \[-\].
+    pub friction: f64,
+    /// Fill of the clay about the tool, 1 in the midst of it \[-\].
+    pub density: f64,
+    /// Its gradient \[1/m\].
+    pub density_gradient: DVec3,
+    /// How many of `near` there are.
+    pub near_count: u32,
+    /// Particles near the tool, the nearest first.
+    pub near: [NearParticle; NEAR_MAX],
+}
+
+impl ContactModel {
+    /// A tool that touches nothing.
+    pub const NONE: Self = Self {
+        frame: 0,
+        stamp: f64::NEG_INFINITY,
+        rate: 0.0,
+        is_resting: false,
+        position: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+        force: DVec3::ZERO,
+        normal: DVec3::ZERO,
+        stiffness: DMat3::ZERO,
+        yield_force: f64::INFINITY,
+        friction: 0.0,
+        density: 0.0,
+        density_gradient: DVec3::ZERO,
+        near_count: 0,
+        near: [NearParticle { id: 0, position: [0.0; 3], radius: 0.0 }; NEAR_MAX],
+    };
+
+    /// Particles near the tool, the nearest first.
+    pub fn near(&self) -> &[NearParticle] {
+        &self.near[..(self.near_count as usize).min(NEAR_MAX)]
+    }
+}
