@@ -1,12 +1,23 @@
 //! Force: what a hand feels of the clay, a thousand times a second.
 //!
-//! | stage      | takes                          | makes                        | equation                  |
-//! |------------|--------------------------------|------------------------------|---------------------------|
-//! | [`model`]  | one clay frame                 | its contact, as the hand's loop needs it | local, of first order |
-//! | [`device`] | a device's own clock           | ticks: state in, force out   | -                         |
+//! | stage      | takes                       | makes                                  | equation         |
+//! |------------|-----------------------------|----------------------------------------|------------------|
+//! | [`model`]  | one clay frame              | its contact, for the loop of the hand  | local            |
+//! | [`proxy`]  | spheres of tool and clay    | the nearest place outside the clay     | Eq. 6-7          |
+//! | [`servo`]  | contact and the hand's pose | force, and the way of the clay's tool  | Eq. 8 and others |
+//! | [`device`] | a device's own clock        | ticks: state in, force out             | -                |
 //!
 //! Nothing here names the clay's engines: a frame's contact comes as a [`ContactModel`](model::ContactModel).
 //! Units are SI, axes the world's (right-handed, Y up), forces those on the hand.
 
 pub mod device;
 pub mod model;
+pub mod proxy;
+#[cfg(any(test, feature = "reference"))]
+pub mod reference;
+pub mod servo;
+
+/// Tests that nothing is allocated in a tick end where something is.
+#[cfg(test)]
+#[global_allocator]
+static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisabler;

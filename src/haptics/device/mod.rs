@@ -2,6 +2,8 @@
 //!
 //! Units are SI and axes right-handed with Y up; a driver converts at its edge and nowhere else.
 
+pub mod simulated;
+
 use glam::{DQuat, DVec3};
 
 /// What a device says of itself.
@@ -46,7 +48,8 @@ pub struct DeviceState {
     pub buttons: u32,
     /// Temperature of the hottest motor, from cold (0) to its limit (1).
     pub motor_temperature: f64,
-    /// Whether the device asks for no force in this tick: uncalibrated, a force error, a motor that is too hot.
+    /// Whether the device asks for no force in this tick: uncalibrated, a force error, a motor that is too
+    /// hot.
     pub is_muted: bool,
 }
 
