@@ -1,10 +1,12 @@
 //! Force: what a hand feels of the clay, a thousand times a second.
 //!
-//! | stage      | takes                          | makes                        | equation                  |
-//! |------------|--------------------------------|------------------------------|---------------------------|
-//! | [`model`]  | one clay frame                 | its contact with the tool    | local, of first order     |
-//! | [`device`] | a device's own clock           | ticks: state in, force out   | -                         |
-//! | [`safety`] | the force asked for, its age   | the force that a hand gets   | passivity observer        |
+//! | stage      | takes                       | makes                                  | equation         |
+//! |------------|-----------------------------|----------------------------------------|------------------|
+//! | [`model`]  | one clay frame              | its contact, for the loop of the hand  | local            |
+//! | [`proxy`]  | spheres of tool and clay    | the nearest place outside the clay     | Eq. 6-7          |
+//! | [`servo`]  | contact and the hand's pose | force, and the way of the clay's tool  | Eq. 8 and others |
+//! | [`device`] | a device's own clock        | ticks: state in, force out             | -                |
+//! | [`safety`] | the force asked for, its age | the force that a hand gets             | passivity        |
 //!
 //! Nothing here names the clay's engines: a frame's contact comes as a [`ContactModel`](model::ContactModel).
 //! Units are SI, axes the world's (right-handed, Y up), forces those on the hand.
@@ -12,4 +14,13 @@
 pub mod clock;
 pub mod device;
 pub mod model;
+pub mod proxy;
+#[cfg(any(test, feature = "reference"))]
+pub mod reference;
 pub mod safety;
+pub mod servo;
+
+/// Tests that nothing is allocated in a tick end where something is.
+#[cfg(test)]
+#[global_allocator]
+static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisabler;

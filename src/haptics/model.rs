@@ -34,13 +34,22 @@ pub struct ContactModel {
     pub rotation: DQuat,
     /// Force of the clay on the tool, averaged over the frame \[N\].
     pub force: DVec3,
-    /// Out of the clay, of unit length; zero where nothing touches.
+    /// Hand time that the frame took in \[s\]: the first and the last of the samples that the clay's tool has
+    /// followed in it, by the clock of [`DeviceState`](super::device::DeviceState). Equal where no clay was
+    /// run.
+    pub span: [f64; 2],
+    /// Out of the clay, of unit length; zero where there is no clay near.
     pub normal: DVec3,
+    /// Way against the normal that is left before the tool touches \[m\]; 0 where it does.
+    pub gap: f64,
     /// How the force falls with the tool's place: `force(x) = force - stiffness (x - position)` \[N/m\].
-    /// Symmetric, no eigenvalue negative.
+    /// Symmetric, no eigenvalue negative. Where nothing touches yet, what it will be at the first touch.
     pub stiffness: DMat3,
-    /// Force beyond which the clay gives way \[N\]; infinite where it does not.
+    /// Force along the normal beyond which the clay gives way, at `position`, or where the tool will touch
+    /// if it does not yet \[N\]; infinite where it does not.
     pub yield_force: f64,
+    /// How that force grows with depth, against the normal \[N/m\].
+    pub yield_slope: f64,
     /// Coefficient of friction of the tool on the clay \[-\].
     pub friction: f64,
     /// Fill of the clay about the tool, 1 in the midst of it \[-\].
@@ -63,9 +72,12 @@ impl ContactModel {
         position: DVec3::ZERO,
         rotation: DQuat::IDENTITY,
         force: DVec3::ZERO,
+        span: [0.0; 2],
         normal: DVec3::ZERO,
+        gap: 0.0,
         stiffness: DMat3::ZERO,
         yield_force: f64::INFINITY,
+        yield_slope: 0.0,
         friction: 0.0,
         density: 0.0,
         density_gradient: DVec3::ZERO,

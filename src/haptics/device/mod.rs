@@ -15,6 +15,7 @@ pub mod failover;
 pub mod fault;
 #[cfg(feature = "touch")]
 pub mod hd;
+pub mod simulated;
 #[cfg(feature = "touch")]
 pub mod touch;
 pub mod trace;

@@ -10,6 +10,7 @@ pub mod edge;
 pub mod elastic;
 pub mod files;
 pub mod handout;
+pub mod haptics;
 pub mod implicit;
 pub mod inertia;
 pub mod input;
@@ -49,6 +50,8 @@ pub enum Suite {
     Stability,
     /// The implicit step: against the explicit one, and what must not break it.
     Implicit,
+    /// The force on a hand, in virtual time.
+    Haptics,
     /// The surface.
     Surface,
     /// Times, for a machine that has nothing else to do, and what frames read back from a device.
@@ -100,6 +103,10 @@ const fn stability(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<R
 
 const fn implicit_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
     Case { suite: Suite::Implicit, name, run, quick_rows, is_native_only: true }
+}
+
+const fn haptic_case(name: &'static str, quick_rows: usize, run: fn(Size) -> Vec<Row>) -> Case {
+    Case { suite: Suite::Haptics, name, run, quick_rows, is_native_only: true }
 }
 
 /// A case of another suite, with the frames that it runs in implicit steps.
@@ -211,6 +218,16 @@ pub const CASES: &[Case] = &[
     implicitly!("shift", 3, storage::shift),
     implicitly!("crowded cells", 7, storage::crowded),
     implicitly!("random strains", 8, input::strains),
+    haptic_case("force limits", 36, haptics::limits),
+    haptic_case("force by default", 3, haptics::by_default),
+    haptic_case("proxy", 4, haptics::exactness),
+    haptic_case("force strokes", 33, haptics::strokes),
+    haptic_case("force of erring models", 15, haptics::erring_models),
+    haptic_case("held force", 2, haptics::held),
+    haptic_case("force of slow clay", 3, haptics::slow_motion),
+    haptic_case("force start", 2, haptics::start),
+    haptic_case("force of particles", 4, haptics::particles),
+    haptic_case("force shapes", 4, haptics::closed_forms),
     surface_case("random fields", 6, surface::random_fields),
     surface_case("cuts", 5, surface::cuts),
     surface_case("meeting cuts", 5, surface::meeting_cuts),
@@ -222,6 +239,7 @@ pub const CASES: &[Case] = &[
     surface_case("surface on the device", 0, surface::on_device),
     surface_case("files", 20, files::round_trips),
     speed("bytes read back", 3, handout::bytes),
+    speed("proxy time", 4, haptics::times),
     speed("undo", 8, undo::history),
     speed("surface time", 5, surface::speed::extraction),
     speed("ray time", 9, surface::speed::rays),
