@@ -87,10 +87,10 @@ check_scripts() {
 # Programs and examples that need no Bevy, built once. Every example has to be named here, those in a folder of their own, or run_windows runs it.
 run_programs() {
     local example scene bin=$CARGO_TARGET_DIR/debug
-    cargo build --quiet --no-default-features --bins --example headless
+    cargo build --quiet --no-default-features --bins --example headless --example doctor
     for example in examples/*.rs examples/*/main.rs; do
         case $example in
-        examples/headless/main.rs | examples/sculpt/main.rs | examples/gallery/main.rs) ;;
+        examples/doctor/main.rs | examples/headless/main.rs | examples/sculpt/main.rs | examples/gallery/main.rs) ;;
         examples/*.rs) ;;
         *)
             echo "$example is not run by scripts/test.sh: add it" >&2
@@ -98,6 +98,10 @@ run_programs() {
             ;;
         esac
     done
+    # The doctor: nothing there, a Touch of the tests, one that is pulled out.
+    ! "$bin/examples/doctor" --library /no/such/libHD.so || return 1
+    "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --seconds 0.2
+    ! FAKEHD_PLAN=unplug@0.05 "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --seconds 0.2 || return 1
     for scene in assets/scenes/*.ron; do
         echo "headless $scene, 3 frames"
         "$bin/examples/headless" "$scene" --out "$results/$(basename "$scene" .ron)" --frames 3

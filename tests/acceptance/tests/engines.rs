@@ -242,8 +242,8 @@ fn implicit_steps_agree() {
     assert_all(agreement::implicit_steps());
 }
 
-/// Flat blades, a wire and a plate in implicit steps, near the least: on the way there the engine's iterations
-/// are not the oracle's.
+/// Flat blades, a wire and a plate in implicit steps, near the least: on the way there the engine's
+/// iterations are not the oracle's.
 #[test]
 fn blades_agree_in_implicit_steps() {
     let is_flat = |p: &FramePlan| !matches!(p.tools[0].tool.shape, ToolShape::BentBlade { .. });
