@@ -146,12 +146,11 @@ fn sweep(travel: f64, seed: u64) -> Sweep {
 
 /// Sweeps at 0.02 to 3 cells per substep.
 pub fn leak(size: Size) -> Vec<Row> {
-    let speeds: &[f64] = match size {
-        // Fifty times the passes of explicit steps.
-        Size::Quick if is_implicit() => &[],
-        _ => size.pick(&[0.1, 1.0, 3.0], &[0.1, 0.5, 1.0, 3.0], &[0.02, 0.1, 0.5, 1.0, 3.0]),
+    // Implicit steps of tools as fast as sound are up to two hundred passes a substep.
+    let (speeds, seeds): (&[f64], _) = match is_implicit() {
+        true => (size.pick(&[0.5], &[0.5], &[0.1, 0.5, 1.0, 3.0]), 1),
+        false => (size.pick(&[0.1, 1.0, 3.0], &[0.1, 0.5, 1.0, 3.0], &[0.02, 0.1, 0.5, 1.0, 3.0]), size.pick(1, 1, 5)),
     };
-    let seeds = size.pick(1, 1, 5);
     let mut rows = vec![];
     for &travel in speeds {
         let sweeps: Vec<Sweep> = (0..seeds).map(|seed| sweep(travel, seed)).collect();

@@ -209,7 +209,7 @@ pub const CASES: &[Case] = &[
     implicitly!("energy", 5, stability::energy),
     implicitly!("cell crossing", 2, stability::crossing),
     implicitly!("pressed clay", 2, stability::pressed),
-    implicitly!("blade leak", 0, blade::leak),
+    implicitly!("blade leak", 3, blade::leak),
     implicitly!("blade withdrawn", 4, blade::withdrawn),
     implicitly!("blade at rest", 2, blade::at_rest),
     implicitly!("closed cut", 4, cut::closed),

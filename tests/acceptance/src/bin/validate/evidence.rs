@@ -136,6 +136,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("as published", "softened", "energy is conserved"),
     exact("implicit strip", "", "the explicit step at real density, extrapolated in dt"),
     exact("implicit ball", "", "the explicit step at real density, extrapolated in dt"),
+    exact("implicit blade", "", "the explicit step at real density, extrapolated in dt; its blades hold nodes"),
     exact("implicit clays", "", "the explicit step at real density, extrapolated in dt"),
     exact("implicit hold", "", "an inviscid force stays: 1"),
     exact("implicit unloading", "", "the explicit step"),
