@@ -195,6 +195,7 @@ impl Scene {
         let kinetic = |p: &Particle| {
             0.5 * density * f64::from(p.rest_volume) * DVec3::from_array(p.velocity.map(f64::from)).length_squared()
         };
+        let mut is_coming_out = false;
         let (mut given, mut scale) = (self.clay.particles.iter().map(kinetic).sum::<f64>(), 0.0f64);
         let mut outcome = Outcome { frames: self.frames, ..Outcome::default() };
         for frame in 0..self.frames {
@@ -212,9 +213,11 @@ impl Scene {
                 scale += tool.impulse.length() * mover.velocity.length();
             }
             let energy = report.energies.kinetic + report.energies.elastic;
-            if frame == self.jump.0 {
-                // Springs of a tool that is put into clay hold energy that no way of it gave.
+            is_coming_out &= report.tools.first().is_some_and(|tool| tool.contacts > 0);
+            if frame == self.jump.0 || is_coming_out {
+                // Springs of a tool that is put into clay hold energy that no way of it gave, until it is out.
                 given = given.max(energy);
+                is_coming_out = true;
             }
             let gained = (energy - given) / (scale + energy).max(f64::MIN_POSITIVE);
             let is_flagged = report.residual > RESIDUAL_MAX || !report.health.is_ok() || report.redone > 0;
@@ -226,7 +229,9 @@ impl Scene {
                 given = given.max(energy);
             }
             let is_lost = report.health.contains(Health::MASS_LOST);
-            outcome.is_broken |= is_lost || !energy.is_finite() || !is_sound(&planned.particles());
+            // What is squeezed between rigid things may be torn in a frame that says that it is poor, not lost.
+            let is_whole = is_sound(&planned.particles()) || is_flagged;
+            outcome.is_broken |= is_lost || !energy.is_finite() || !is_whole;
         }
         outcome
     }
