@@ -104,8 +104,8 @@ impl Default for Clay {
 #[reflect(Default)]
 #[non_exhaustive]
 pub enum EngineChoice {
-    /// The GPU engine where the app renders on a hardware adapter, the CPU engine elsewhere, and wherever
-    /// [`ClaySettings::integrator`] asks for implicit steps, which it alone has.
+    /// The CPU engine, which alone has implicit steps; where [`ClaySettings::integrator`] asks for explicit
+    /// ones, the GPU engine if the app renders on a hardware adapter.
     #[default]
     Auto,
     /// The CPU engine.

@@ -215,7 +215,7 @@ impl Scene {
             let energy = report.energies.kinetic + report.energies.elastic;
             is_coming_out &= report.tools.first().is_some_and(|tool| tool.contacts > 0);
             if frame == self.jump.0 || is_coming_out {
-                // Springs of a tool that is put into clay hold energy that no way of it gave, until it is out.
+                // Springs of a tool that is put into clay hold energy that no way gave, until it is out.
                 given = given.max(energy);
                 is_coming_out = true;
             }
@@ -229,7 +229,7 @@ impl Scene {
                 given = given.max(energy);
             }
             let is_lost = report.health.contains(Health::MASS_LOST);
-            // What is squeezed between rigid things may be torn in a frame that says that it is poor, not lost.
+            // What is squeezed between rigid things may be torn in a frame that says so; not lost.
             let is_whole = is_sound(&planned.particles()) || is_flagged;
             outcome.is_broken |= is_lost || !energy.is_finite() || !is_whole;
         }
