@@ -7,6 +7,7 @@ use super::integrator::{Integrator, PASSES};
 use super::material::ClayMaterial;
 use super::params::{Domain, ParamsError};
 use super::tool::{ToolPath, ToolShape};
+use super::touch::ToolTouch;
 use super::validation::Validation;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -66,19 +67,23 @@ pub struct FrameOutputs {
     /// Whether there is loose clay, for the report: a planner asks where inertia may be scaled.
     #[serde(default)]
     pub support: bool,
+    /// What each tool meets, for the report's [`touches`](FrameReport::touches). Engines of the processor
+    /// only: the device's gives none.
+    #[serde(default)]
+    pub touch: bool,
 }
 
 impl FrameOutputs {
     /// The report alone.
-    pub const NOTHING: Self = Self { surface: false, state: false, support: false };
+    pub const NOTHING: Self = Self { surface: false, state: false, support: false, touch: false };
     /// All there is.
-    pub const ALL: Self = Self { surface: true, state: true, support: true };
+    pub const ALL: Self = Self { surface: true, state: true, support: true, touch: true };
 }
 
 impl Default for FrameOutputs {
     /// The surface, not the state.
     fn default() -> Self {
-        Self { surface: true, state: false, support: false }
+        Self { surface: true, ..Self::NOTHING }
     }
 }
 
@@ -394,6 +399,10 @@ pub struct FrameReport {
     pub welded: u64,
     /// Each tool of the plan.
     pub tools: Vec<ToolReport>,
+    /// What each of them meets at the frame's end; empty where the plan did not ask, where no step was taken,
+    /// and of the device's engine.
+    #[serde(default)]
+    pub touches: Vec<ToolTouch>,
     /// Where the time went.
     pub timings: Timings,
     /// Bytes copied back from a device for this frame; 0 where clay lives in the processor's memory.

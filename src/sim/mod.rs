@@ -71,6 +71,7 @@ mod spline;
 mod sums;
 mod support;
 pub mod tool;
+pub mod touch;
 #[cfg(feature = "reference")]
 pub mod trace;
 #[cfg(feature = "reference")]

@@ -62,7 +62,7 @@ fn plans_survive_a_file() {
     plans.extend(CuttingMethod::ALL.map(|cutting| FramePlan { cutting, ..plan.clone() }));
     for (surface, state) in [(false, false), (false, true), (true, false), (true, true)] {
         let integrator = Integrator::Explicit { density_scale: 64.0 / 3.0 };
-        let outputs = FrameOutputs { surface, state, support: surface != state };
+        let outputs = FrameOutputs { surface, state, support: surface != state, touch: surface && state };
         plans.push(FramePlan { id: u64::MAX, integrator, outputs, volume_averaging: 0.1, gravity: DVec3::NEG_Y, ..plan.clone() });
     }
     let events: Vec<Event> = std::iter::once(Event::Load(clay())).chain(plans.into_iter().map(Event::Plan)).collect();

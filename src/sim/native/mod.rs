@@ -37,6 +37,7 @@ mod state;
 mod stats;
 mod step;
 mod tags;
+mod touch;
 mod walls;
 mod weld;
 

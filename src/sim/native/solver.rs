@@ -29,6 +29,7 @@ use super::state::{Cold, Hot, MARGIN, State, unpack_cell};
 use super::stats::sums;
 use super::step::Step;
 use super::tags::{TagReport, Tagged};
+use super::touch::touches;
 use super::walls::Arrivals;
 use super::weld;
 use glam::{DVec3, IVec3, Vec3};
@@ -462,6 +463,9 @@ impl Solver {
         report.sheets = self.state.sheets();
         report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));
         report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
+        if plan.outputs.touch && steps > 0 {
+            report.touches = touches(plan, &self.domain, &self.state, &report.tools);
+        }
         report.health = health;
         judge(&mut report, &self.quarantined);
         report.timings = tally.timings;

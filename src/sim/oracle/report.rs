@@ -8,6 +8,8 @@ use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
 use super::super::support::{Support, bearing_walls};
+use super::super::tool::ToolPath;
+use super::super::touch::{Gather, Seen, ToolTouch};
 use super::grid::Grid;
 use super::law;
 use super::particle::Particle;
@@ -80,6 +82,10 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
         tool.force = tool.impulse / plan.duration();
         tool.torque = tool.angular_impulse / plan.duration();
     }
+    if plan.outputs.touch {
+        frame.touches =
+            plan.tools.iter().zip(&frame.tools).map(|(path, tool)| touch(particles, domain, plan, path, tool)).collect();
+    }
     if frame.clamped > 0 {
         frame.health.insert(Health::STRAIN);
     }
@@ -96,6 +102,23 @@ fn has_loose_clay(particles: &[Particle], domain: &Domain, plan: &FramePlan) -> 
     let (mut support, bearing) = (Support::default(), bearing_walls(domain, plan.gravity));
     particles.iter().for_each(|p| support.add(p.position.floor().as_ivec3(), p.walls & bearing != 0));
     support.has_loose()
+}
+
+/// What a tool meets, see [`touch`](super::super::touch).
+fn touch(particles: &[Particle], domain: &Domain, plan: &FramePlan, path: &ToolPath, tool: &ToolReport) -> ToolTouch {
+    let mut gather = Gather::new(path, plan, domain);
+    for p in particles {
+        gather.see(Seen {
+            id: p.id,
+            position: p.position,
+            volume: p.rest_volume / domain.cell_width.powi(3),
+            strain: p.elastic_strain,
+            hardening: p.hardening,
+            structure: p.structure,
+            touches: p.anchors.iter().flatten().any(|anchor| anchor.0 == path.id),
+        });
+    }
+    gather.finish(tool)
 }
 
 /// Second moment `dx^2 / 4` [m^2] of the quadratic spline: the inertia that the affine velocity carries, per

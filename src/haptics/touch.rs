@@ -1,0 +1,258 @@
+//! From a clay frame's report to what the hand's loop reads, with the stiffness put right by what the clay
+//! did in the frames before.
+
+use super::model::{ContactModel, NEAR_MAX, NearParticle};
+use crate::sim::touch::ToolTouch;
+use glam::{DMat3, DVec3};
+
+/// Frames that a stiffness is fitted to.
+pub const FIT_FRAMES: usize = 8;
+
+/// Ways \[m\] at which what frames show counts as much as what the patch says: a device's steps are 55 um, and
+/// forces of clay waver by the unevenness of its particles over less than that.
+pub const FIT_WAY: f64 = 1e-4;
+
+/// Greatest stiffness [N/m] that is believed: beyond it no spring can be felt at 1 kHz (a stylus's bound at no
+/// delay is 20 kN/m).
+pub const STIFFNESS_CAP: f64 = 20e3;
+
+/// What a frame's report does not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameClock {
+    /// Clay frame.
+    pub frame: u64,
+    /// When it is published, by the host's clock \[s\].
+    pub stamp: f64,
+    /// Clay time that a second of wall time takes [-].
+    pub rate: f64,
+    /// Hand time that it took in \[s\].
+    pub span: [f64; 2],
+    /// Whether the clay is known to rest.
+    pub is_resting: bool,
+}
+
+/// Makes a tool's models from its touches, frame after frame.
+#[derive(Clone, Debug, Default)]
+pub struct ContactModels {
+    fit: StiffnessFit,
+    last: Option<ContactModel>,
+}
+
+impl ContactModels {
+    /// The model of a frame that ended with `touch`. Of a frame without one (clay that took no step) the last
+    /// model is true as long as the clay rests: it gets the new clock. None before the first.
+    pub fn model(&mut self, touch: Option<&ToolTouch>, clock: &FrameClock) -> Option<ContactModel> {
+        let model = match touch {
+            Some(touch) => {
+                let mut model = contact_model(touch);
+                if let Some(stiffness) = self.fit.stiffness(touch) {
+                    model.stiffness = stiffness;
+                }
+                model
+            }
+            None if clock.is_resting => self.last?,
+            // Clay that failed or lost the tool ages.
+            None => return None,
+        };
+        let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
+        let model = ContactModel { frame, stamp, rate, span, is_resting, ..model };
+        self.last = Some(model);
+        Some(model)
+    }
+
+    /// Forgets all frames: other clay, another tool.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// A touch about the mean place of its frame, where the mean force belongs.
+fn contact_model(touch: &ToolTouch) -> ContactModel {
+    // Out of the clay, from where the touch was read.
+    let out = (touch.mean_position - touch.pose.position).dot(touch.normal);
+    let mut near = [NearParticle::default(); NEAR_MAX];
+    let mut near_count = 0;
+    for (to, from) in near.iter_mut().zip(&touch.near) {
+        *to = NearParticle { id: from.id, position: from.position.as_vec3().to_array(), radius: from.radius as f32 };
+        near_count += 1;
+    }
+    ContactModel {
+        position: touch.mean_position,
+        rotation: touch.pose.rotation,
+        force: touch.force,
+        normal: touch.normal,
+        gap: if touch.gap > 0.0 { (touch.gap + out).max(0.0) } else { 0.0 },
+        stiffness: touch.stiffness,
+        yield_force: touch.yield_force.unwrap_or(f64::INFINITY),
+        yield_slope: touch.yield_slope,
+        friction: touch.friction,
+        density: touch.fill,
+        density_gradient: touch.fill_gradient,
+        near_count,
+        near,
+        ..ContactModel::NONE
+    }
+}
+
+/// Stiffness of a patch from where the tool was and what it felt in its last [`FIT_FRAMES`] frames:
+/// the symmetric part of the least `sum |K d_i + f_i|^2 + FIT_WAY^2 |K - K_0|^2` over steps d_i, f_i between
+/// frames, `K = (FIT_WAY^2 K_0 - sum f_i d_i^T) (FIT_WAY^2 + sum d_i d_i^T)^-1`, with its eigenvalues clamped
+/// to 0 and [`STIFFNESS_CAP`]. Only what touches and holds tells: clay that yields has another slope.
+#[derive(Clone, Debug, Default)]
+struct StiffnessFit {
+    /// Place and force of the frame before, where that touched and held.
+    before: Option<(DVec3, DVec3)>,
+    /// Steps from frame to frame, a ring.
+    steps: [Option<(DVec3, DVec3)>; FIT_FRAMES - 1],
+    next: usize,
+}
+
+impl StiffnessFit {
+    /// The stiffness after another frame; none where no number of it is one.
+    fn stiffness(&mut self, touch: &ToolTouch) -> Option<DMat3> {
+        let holds = touch.gap == 0.0 && touch.force.dot(touch.normal) > 0.0 && !touch.is_yielding;
+        let now = (holds && touch.force.is_finite()).then_some((touch.mean_position, touch.force));
+        let step = self.before.zip(now).map(|(before, now)| (now.0 - before.0, now.1 - before.1));
+        self.steps[self.next] = step;
+        self.next = (self.next + 1) % self.steps.len();
+        if touch.gap > 0.0 || touch.normal == DVec3::ZERO {
+            // The next patch is another one.
+            *self = Self::default();
+        }
+        self.before = now;
+        let weight = FIT_WAY * FIT_WAY;
+        let (mut own, mut ways) = (touch.stiffness * weight, DMat3::from_diagonal(DVec3::splat(weight)));
+        for (way, force) in self.steps.iter().flatten() {
+            own -= outer(*force, *way);
+            ways += outer(*way, *way);
+        }
+        let fitted = own * ways.inverse();
+        let symmetric = (fitted + fitted.transpose()) * 0.5;
+        symmetric.is_finite().then(|| clamped(symmetric, STIFFNESS_CAP))
+    }
+}
+
+/// `a b^T`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// A symmetric matrix with its eigenvalues clamped to 0 and `cap`, by Jacobi's rotations.
+fn clamped(matrix: DMat3, cap: f64) -> DMat3 {
+    let (mut m, mut axes) = (matrix, DMat3::IDENTITY);
+    // Each sweep squares what is left off the diagonal: six end at rounding from anywhere.
+    for _ in 0..6 {
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            let off = m.col(j)[i];
+            if off == 0.0 {
+                continue;
+            }
+            let half = 0.5 * (m.col(j)[j] - m.col(i)[i]) / off;
+            let sign = if half < 0.0 { -1.0 } else { 1.0 };
+            let tangent = sign / (half.abs() + half.hypot(1.0));
+            let (cosine, sine) = (1.0 / tangent.hypot(1.0), tangent / tangent.hypot(1.0));
+            let mut turn = DMat3::IDENTITY;
+            (turn.col_mut(i)[i], turn.col_mut(j)[j]) = (cosine, cosine);
+            (turn.col_mut(j)[i], turn.col_mut(i)[j]) = (sine, -sine);
+            m = turn.transpose() * m * turn;
+            axes *= turn;
+        }
+    }
+    let values = DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z).clamp(DVec3::ZERO, DVec3::splat(cap));
+    axes * DMat3::from_diagonal(values) * axes.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::tool::Pose;
+    use crate::sim::touch::TouchParticle;
+    use glam::DQuat;
+
+    const CLOCK: FrameClock = FrameClock { frame: 3, stamp: 1.5, rate: 1.0, span: [1.0, 1.011], is_resting: false };
+
+    fn near(found: DMat3, wanted: DMat3, part: f64) {
+        let error = (found - wanted).to_cols_array().iter().fold(0.0f64, |e, x| e.max(x.abs()));
+        let scale = wanted.to_cols_array().iter().fold(0.0f64, |e, x| e.max(x.abs()));
+        assert!(error <= part * scale, "{found} is not {wanted}");
+    }
+
+    /// Clay of stiffness `truth` whose patch says `said`, at `at`.
+    fn touch(truth: DMat3, said: DMat3, at: DVec3) -> ToolTouch {
+        ToolTouch {
+            normal: DVec3::Y,
+            force: DVec3::Y * 0.5 - truth * at,
+            mean_position: at,
+            pose: Pose { position: at, rotation: DQuat::IDENTITY },
+            stiffness: said,
+            yield_force: Some(2.0),
+            ..ToolTouch::default()
+        }
+    }
+
+    fn places() -> impl Iterator<Item = DVec3> {
+        (0..9).map(f64::from).map(|i| DVec3::new((1.7 * i).sin(), (2.9 * i).cos(), (0.6 * i).cos()) * 5e-4)
+    }
+
+    /// Frames that move show the stiffness whatever the patch said; frames that stand leave what it said; a
+    /// yielding patch shows nothing, and another patch begins anew.
+    #[test]
+    fn stiffness_comes_from_what_frames_show() {
+        let truth = DMat3::from_cols(DVec3::new(300.0, 50.0, 0.0), DVec3::new(50.0, 900.0, -80.0), DVec3::new(0.0, -80.0, 400.0));
+        let said = DMat3::from_diagonal(DVec3::new(700.0, 500.0, 700.0));
+        let run = |of: &dyn Fn(DVec3) -> ToolTouch, places: &mut dyn Iterator<Item = DVec3>| {
+            let mut models = ContactModels::default();
+            places.filter_map(|at| models.model(Some(&of(at)), &CLOCK)).last().expect("a model").stiffness
+        };
+        let moving = run(&|at| touch(truth, said, at), &mut places());
+        near(moving, truth, 0.03);
+        near(run(&|_| touch(truth, said, DVec3::X * 1e-3), &mut places()), said, 1e-12);
+        near(run(&|at| ToolTouch { is_yielding: true, ..touch(truth, said, at) }, &mut places()), said, 1e-12);
+        let mut models = ContactModels::default();
+        assert!(places().all(|at| models.model(Some(&touch(truth, said, at)), &CLOCK).is_some()));
+        let away = ToolTouch { gap: 1e-3, force: DVec3::ZERO, ..touch(truth, said, DVec3::Y) };
+        near(models.model(Some(&away), &CLOCK).expect("a model").stiffness, said, 1e-12);
+    }
+
+    /// Eigenvalues below 0 and beyond the cap go to these, the axes stay.
+    #[test]
+    fn eigenvalues_are_clamped() {
+        let turn = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.4, -1.1, 0.7)));
+        let of = |values: DVec3| turn * DMat3::from_diagonal(values) * turn.transpose();
+        near(clamped(of(DVec3::new(-300.0, 5e4, 700.0)), 2e4), of(DVec3::new(0.0, 2e4, 700.0)), 1e-12);
+        near(clamped(of(DVec3::new(3.0, 2.0, 1.0)), 2e4), of(DVec3::new(3.0, 2.0, 1.0)), 1e-12);
+        let said = DMat3::from_diagonal(DVec3::splat(500.0));
+        let (mut models, stiff) = (ContactModels::default(), DMat3::from_diagonal(DVec3::new(-400.0, 9e4, 500.0)));
+        let last = places().filter_map(|at| {
+            let force = DVec3::Y * 100.0 - stiff * at;
+            models.model(Some(&ToolTouch { force, ..touch(stiff, said, at) }), &CLOCK)
+        });
+        let found = last.last().expect("a model").stiffness;
+        assert!(found.x_axis.x >= -1e-9 && found.y_axis.y <= STIFFNESS_CAP * (1.0 + 1e-12), "{found}");
+    }
+
+    /// All is carried over, about the frame's mean place; rest renews the stamp of the last, other frames
+    /// without a touch give none.
+    #[test]
+    fn model_is_of_the_frames_mean_place_and_rest_renews_it() {
+        let mut models = ContactModels::default();
+        assert!(models.model(None, &FrameClock { is_resting: true, ..CLOCK }).is_none());
+        let mut touch = touch(DMat3::ZERO, DMat3::IDENTITY, DVec3::Y * 4e-3);
+        touch.pose.position = DVec3::Y * 3e-3;
+        (touch.gap, touch.friction, touch.fill, touch.yield_slope) = (2e-3, 0.3, 0.7, 40.0);
+        touch.near = (0..300).map(|id| TouchParticle { id, position: DVec3::splat(0.5), radius: 1e-4 }).collect();
+        let model = models.model(Some(&touch), &CLOCK).expect("a model");
+        assert!((model.gap - 3e-3).abs() < 1e-15 && model.position == DVec3::Y * 4e-3, "{}", model.gap);
+        assert_eq!((model.frame, model.stamp, model.span, model.rate), (3, 1.5, [1.0, 1.011], 1.0));
+        assert_eq!((model.yield_force, model.yield_slope, model.friction, model.density), (2.0, 40.0, 0.3, 0.7));
+        assert_eq!((model.near().len(), model.near()[255].id), (NEAR_MAX, 255));
+        let rest = FrameClock { frame: 4, stamp: 1.6, span: [1.011; 2], is_resting: true, ..CLOCK };
+        let renewed = models.model(None, &rest).expect("a model");
+        assert!(renewed.is_resting && renewed.stamp == 1.6 && renewed.force == model.force && renewed.gap == model.gap);
+        assert!(models.model(None, &CLOCK).is_none());
+        touch.yield_force = None;
+        assert_eq!(models.model(Some(&touch), &CLOCK).expect("a model").yield_force, f64::INFINITY);
+        models.forget();
+        assert!(models.model(None, &rest).is_none());
+    }
+}

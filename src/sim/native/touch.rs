@@ -1,0 +1,39 @@
+//! What tools meet: the particles of the blocks near them, for [`touch`](super::super::touch).
+
+use super::super::frame::{FramePlan, ToolReport};
+use super::super::params::Domain;
+use super::super::touch::{Gather, Seen, ToolTouch};
+use super::state::{Cold, Hot, State, unpack_cell};
+use glam::{DMat3, DVec3, IVec3};
+
+/// What each tool of the plan meets at the frame's end.
+pub(super) fn touches(plan: &FramePlan, domain: &Domain, state: &State, tools: &[ToolReport]) -> Vec<ToolTouch> {
+    let touch = |(path, tool)| {
+        let mut gather = Gather::new(path, plan, domain);
+        let mut start = 0;
+        for (block, run) in state.blocks.iter().zip(&state.runs) {
+            let range = start..start + run.len();
+            start = range.end;
+            if gather.is_near(*block) {
+                let id = gather.id();
+                let particles = state.hot[range.clone()].iter().zip(&state.cold[range]);
+                particles.for_each(|(hot, cold)| gather.see(seen(hot, cold, domain, id)));
+            }
+        }
+        gather.finish(tool)
+    };
+    plan.tools.iter().zip(tools).map(touch).collect()
+}
+
+fn seen(hot: &Hot, cold: &Cold, domain: &Domain, tool: u32) -> Seen {
+    let [xx, yy, zz, xy, xz, yz] = hot.strain.map(f64::from);
+    Seen {
+        id: cold.id,
+        position: IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from)),
+        volume: f64::from(cold.rest_volume) / domain.cell_width.powi(3),
+        strain: DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)),
+        hardening: f64::from(hot.hardening),
+        structure: f64::from(cold.structure),
+        touches: cold.anchors.iter().any(|anchor| anchor.get().is_some_and(|(id, _)| id == tool)),
+    }
+}
