@@ -13,6 +13,7 @@
 //! which [`touch`] makes from a report of any of them.
 //! Units are SI, axes the world's (right-handed, Y up), forces those on the hand.
 
+pub mod arm_tool;
 pub mod clock;
 pub mod device;
 pub mod model;
@@ -22,6 +23,7 @@ pub mod reference;
 pub mod safety;
 pub mod servo;
 pub mod touch;
+pub mod virtual_loop;
 
 /// Tests that nothing is allocated in a tick end where something is.
 #[cfg(test)]
