@@ -13,9 +13,12 @@
 //! which [`touch`] makes from a report of any of them.
 //! Units are SI, axes the world's (right-handed, Y up), forces those on the hand.
 
+pub mod arm_tool;
 pub mod clock;
 pub mod device;
+pub mod guarded;
 pub mod model;
+pub mod priority;
 pub mod proxy;
 #[cfg(any(test, feature = "reference"))]
 pub mod reference;
