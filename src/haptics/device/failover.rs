@@ -75,18 +75,25 @@ pub struct Failover {
 }
 
 impl Failover {
-    /// Starts with the stand-in, and looks for the device at once, if there is one to look for.
+    /// Starts with the stand-in, and looks for the device at once.
     ///
     /// # Errors
     /// No thread is to be had.
-    pub fn start(
-        open: impl Into<Option<Arc<Open>>>,
-        stand_in: Arc<Open>,
-        retry: Retry,
-        servo: Box<dyn Servo>,
-    ) -> Result<Self, DeviceError> {
+    pub fn start(open: Arc<Open>, stand_in: Arc<Open>, retry: Retry, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
+        Self::begin(Some(open), stand_in, retry, servo)
+    }
+
+    /// Starts with the stand-in, which is all there is: it is started anew when it is lost.
+    ///
+    /// # Errors
+    /// No thread is to be had.
+    pub fn alone(stand_in: Arc<Open>, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
+        Self::begin(None, stand_in, Retry::default(), servo)
+    }
+
+    fn begin(open: Option<Arc<Open>>, stand_in: Arc<Open>, retry: Retry, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
         let mut failover = Self {
-            open: open.into(),
+            open,
             stand_in: stand_in.clone(),
             retry,
             running: None,

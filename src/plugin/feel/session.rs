@@ -156,8 +156,11 @@ impl HapticSession {
         self.close();
         let orders = settings.orders(self.restarts);
         let (guarded, ends) = GuardedServo::new(servo, orders, RING);
-        let failover =
-            Failover::start(settings.device.opener(), settings.simulated.opener(), Retry::default(), Box::new(guarded))?;
+        let (stand_in, guarded) = (settings.simulated.opener(), Box::new(guarded));
+        let failover = match settings.device.opener() {
+            Some(device) => Failover::start(device, stand_in, Retry::default(), guarded)?,
+            None => Failover::alone(stand_in, guarded)?,
+        };
         let drive = Drive::start(ends.clay.samples, ends.clay.models)?;
         drive.set_scale(servo.placement.scale);
         self.live = Some(Live {

@@ -46,8 +46,8 @@ mod tests {
     #[test]
     fn model_says_the_same_of_the_same_place() {
         let transform = Transform::from_xyz(0.3, -0.2, 0.1)
-            .with_rotation(Quat::from_euler(glam::EulerRot::XYZ, 0.4, 1.2, -0.7))
-            .with_scale(glam::Vec3::splat(2.5));
+            .with_rotation(Quat::from_euler(bevy::prelude::EulerRot::XYZ, 0.4, 1.2, -0.7))
+            .with_scale(Vec3::splat(2.5));
         let space = ClaySpace::new(&GlobalTransform::from(transform)).expect("a frame");
         let stiffness =
             DMat3::from_cols(DVec3::new(300.0, 50.0, 0.0), DVec3::new(50.0, 900.0, -80.0), DVec3::new(0.0, -80.0, 400.0));
