@@ -35,29 +35,17 @@ pub struct FrameClock {
 #[derive(Clone, Debug, Default)]
 pub struct ContactModels {
     fit: StiffnessFit,
-    last: Option<ContactModel>,
 }
 
 impl ContactModels {
-    /// The model of a frame that ended with `touch`. Of a frame without one (clay that took no step) the last
-    /// model is true as long as the clay rests: it gets the new clock. None before the first.
-    pub fn model(&mut self, touch: Option<&ToolTouch>, clock: &FrameClock) -> Option<ContactModel> {
-        let model = match touch {
-            Some(touch) => {
-                let mut model = contact_model(touch);
-                if let Some(stiffness) = self.fit.stiffness(touch) {
-                    model.stiffness = stiffness;
-                }
-                model
-            }
-            None if clock.is_resting => self.last?,
-            // Clay that failed or lost the tool ages.
-            None => return None,
-        };
+    /// The model of a frame that ended with `touch`. Clay at rest has frames too, and a touch in each.
+    pub fn model(&mut self, touch: &ToolTouch, clock: &FrameClock) -> ContactModel {
+        let mut model = contact_model(touch);
+        if let Some(stiffness) = self.fit.stiffness(touch) {
+            model.stiffness = stiffness;
+        }
         let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
-        let model = ContactModel { frame, stamp, rate, span, is_resting, ..model };
-        self.last = Some(model);
-        Some(model)
+        ContactModel { frame, stamp, rate, span, is_resting, ..model }
     }
 
     /// Forgets all frames: other clay, another tool.
@@ -202,16 +190,16 @@ mod tests {
         let said = DMat3::from_diagonal(DVec3::new(700.0, 500.0, 700.0));
         let run = |of: &dyn Fn(DVec3) -> ToolTouch, places: &mut dyn Iterator<Item = DVec3>| {
             let mut models = ContactModels::default();
-            places.filter_map(|at| models.model(Some(&of(at)), &CLOCK)).last().expect("a model").stiffness
+            places.map(|at| models.model(&of(at), &CLOCK)).last().expect("a model").stiffness
         };
         let moving = run(&|at| touch(truth, said, at), &mut places());
         near(moving, truth, 0.03);
         near(run(&|_| touch(truth, said, DVec3::X * 1e-3), &mut places()), said, 1e-12);
         near(run(&|at| ToolTouch { is_yielding: true, ..touch(truth, said, at) }, &mut places()), said, 1e-12);
         let mut models = ContactModels::default();
-        assert!(places().all(|at| models.model(Some(&touch(truth, said, at)), &CLOCK).is_some()));
+        places().for_each(|at| _ = models.model(&touch(truth, said, at), &CLOCK));
         let away = ToolTouch { gap: 1e-3, force: DVec3::ZERO, ..touch(truth, said, DVec3::Y) };
-        near(models.model(Some(&away), &CLOCK).expect("a model").stiffness, said, 1e-12);
+        near(models.model(&away, &CLOCK).stiffness, said, 1e-12);
     }
 
     /// Eigenvalues below 0 and beyond the cap go to these, the axes stay.
@@ -223,36 +211,27 @@ mod tests {
         near(clamped(of(DVec3::new(3.0, 2.0, 1.0)), 2e4), of(DVec3::new(3.0, 2.0, 1.0)), 1e-12);
         let said = DMat3::from_diagonal(DVec3::splat(500.0));
         let (mut models, stiff) = (ContactModels::default(), DMat3::from_diagonal(DVec3::new(-400.0, 9e4, 500.0)));
-        let last = places().filter_map(|at| {
+        let last = places().map(|at| {
             let force = DVec3::Y * 100.0 - stiff * at;
-            models.model(Some(&ToolTouch { force, ..touch(stiff, said, at) }), &CLOCK)
+            models.model(&ToolTouch { force, ..touch(stiff, said, at) }, &CLOCK)
         });
         let found = last.last().expect("a model").stiffness;
         assert!(found.x_axis.x >= -1e-9 && found.y_axis.y <= STIFFNESS_CAP * (1.0 + 1e-12), "{found}");
     }
 
-    /// All is carried over, about the frame's mean place; rest renews the stamp of the last, other frames
-    /// without a touch give none.
+    /// All is carried over, about the frame's mean place.
     #[test]
-    fn model_is_of_the_frames_mean_place_and_rest_renews_it() {
-        let mut models = ContactModels::default();
-        assert!(models.model(None, &FrameClock { is_resting: true, ..CLOCK }).is_none());
+    fn model_is_of_the_frames_mean_place() {
         let mut touch = touch(DMat3::ZERO, DMat3::IDENTITY, DVec3::Y * 4e-3);
         touch.pose.position = DVec3::Y * 3e-3;
         (touch.gap, touch.friction, touch.fill, touch.yield_slope) = (2e-3, 0.3, 0.7, 40.0);
         touch.near = (0..300).map(|id| TouchParticle { id, position: DVec3::splat(0.5), radius: 1e-4 }).collect();
-        let model = models.model(Some(&touch), &CLOCK).expect("a model");
+        let model = ContactModels::default().model(&touch, &CLOCK);
         assert!((model.gap - 3e-3).abs() < 1e-15 && model.position == DVec3::Y * 4e-3, "{}", model.gap);
         assert_eq!((model.frame, model.stamp, model.span, model.rate), (3, 1.5, [1.0, 1.011], 1.0));
         assert_eq!((model.yield_force, model.yield_slope, model.friction, model.density), (2.0, 40.0, 0.3, 0.7));
         assert_eq!((model.near().len(), model.near()[255].id), (NEAR_MAX, 255));
-        let rest = FrameClock { frame: 4, stamp: 1.6, span: [1.011; 2], is_resting: true, ..CLOCK };
-        let renewed = models.model(None, &rest).expect("a model");
-        assert!(renewed.is_resting && renewed.stamp == 1.6 && renewed.force == model.force && renewed.gap == model.gap);
-        assert!(models.model(None, &CLOCK).is_none());
         touch.yield_force = None;
-        assert_eq!(models.model(Some(&touch), &CLOCK).expect("a model").yield_force, f64::INFINITY);
-        models.forget();
-        assert!(models.model(None, &rest).is_none());
+        assert_eq!(ContactModels::default().model(&touch, &CLOCK).yield_force, f64::INFINITY);
     }
 }

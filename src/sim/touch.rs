@@ -2,20 +2,21 @@
 //!
 //! Lengths are in cells unless said. A particle with the area `A_p` of [`area`] stands before the tool by the
 //! gap `g_p` of the law of [contact](super::penalty), `n_p` the tool's outward normal there. It touches if it
-//! clings by an anchor. With n out of the clay, `-sum A_p n_p` of unit length, `c_p = -n_p . n`:
+//! clings by an anchor. With n out of the clay, `-sum A_p n_p` of unit length, `c_p = -n_p . n`, and `A(d)`
+//! the `sum A_p c_p` of what the tool would hold moved on against n by d:
 //!
-//! | number                | touching                               | before touch, `g` from the least gap on     |
+//! | number                | touching                               | before touch, by the gap g                  |
 //! |-----------------------|----------------------------------------|---------------------------------------------|
-//! | area A                | `sum A_p c_p` of what touches          | the same of `g_p < BAND`                    |
-//! | growth A'             | of the others with `0 <= g_p < BAND c_p`, over BAND | of `BAND <= g_p < 1.8 BAND`, over .8 BAND |
+//! | area A                | `sum A_p c_p` of what touches          | `A(g + FIRST)`                              |
+//! | growth A'             | what of `A(BAND)` does not touch yet, over BAND | `(A(g + BAND) - A) / (BAND - FIRST)` |
 //! | stiffness             | `K_n = 2 E* sqrt(A / pi)`, `K_t = K_n 2 (1 - nu) / (2 - nu)` | the same              |
-//! | yield force F         | where the patch yields the force along n, else at least `(2 + pi) k A` | `(2 + pi) k (A - BAND A')` |
+//! | yield force F         | where the patch yields the force along n, else at least `(2 + pi) k A` | `(2 + pi) k (A - FIRST A')` |
 //! | its growth with depth | `(F / A) A'`                           | `(2 + pi) k A'`                             |
 //!
 //! `E* = E / (1 - nu^2)`: a rigid tool on an elastic half space, as if A were round (Sneddon 1965); K_t is
 //! Mindlin's of full stick (1949). `(2 + pi) k` is what a flat punch bears (Prandtl 1920). Clay that flows
-//! under a tool bears a pressure that stays while the patch grows: hence the growth. `F` before touch goes
-//! back to the touch itself: of a ball, whose area grows from nothing, it is 0, of a flat face all of it.
+//! under a tool bears a pressure that stays while the patch grows: hence the growth. Before touch `F` goes
+//! back to the touch itself: of a ball, whose area grows from nothing, it is about 0, of a flat face all.
 //! A patch yields where the mean over A of its stress deviator over the yield surface's is [`YIELDING`].
 
 use super::frame::{FramePlan, ToolReport};
@@ -33,9 +34,12 @@ pub const NEAR_MAX: usize = 256;
 /// Gap \[cells\] up to which particles are looked at.
 pub const NEAR_REACH: f64 = 4.0;
 
-/// Depth \[cells\] over which an area grows: half of what full particles are apart, so that no layer counts
+/// Depth \[cells\] over which an area grows: less than what full particles are apart, so that no layer counts
 /// that lies under another.
-const BAND: f64 = 0.25;
+const BAND: f64 = 0.4;
+
+/// Depth \[cells\] at which a tool counts as having come to the clay: what fills leave a face uneven by.
+const FIRST: f64 = 0.1;
 
 /// Share [-] of its yield stress at which a patch yields: of clay under a tool a little is always unloaded by
 /// noise.
@@ -111,6 +115,8 @@ pub(crate) struct Seen {
 struct Found {
     seen: Seen,
     gap: f64,
+    /// Its place in the tool's frame.
+    local: DVec3,
     /// The tool's outward normal.
     normal: DVec3,
     area: f64,
@@ -155,7 +161,7 @@ impl<'a> Gather<'a> {
         let gap = self.shape.distance(local) - reach(seen.volume);
         if gap < NEAR_REACH {
             let normal = self.pose.rotation * self.shape.normal(local);
-            self.found.push(Found { seen, gap, normal, area: area(seen.volume) });
+            self.found.push(Found { seen, gap, local, normal, area: area(seen.volume) });
         }
     }
 
@@ -173,7 +179,7 @@ impl<'a> Gather<'a> {
             ..ToolTouch::default()
         };
         if !self.shape.is_blade()
-            && let Some(patch) = Patch::of(&self.found)
+            && let Some(patch) = self.patch()
         {
             self.describe(&patch, &mut touch);
         }
@@ -199,9 +205,9 @@ impl<'a> Gather<'a> {
         let across = if slides { 0.0 } else { normal * 2.0 * (1.0 - poisson) / (2.0 - poisson) };
         touch.stiffness = along(patch.normal) * (normal - across) + DMat3::from_diagonal(DVec3::splat(across));
         let growth = patch.growth * cell;
-        let weights = || self.found.iter().filter(|f| patch.holds(f)).map(|f| (f, f.area * patch.facing(f).max(0.0)));
         let mean = |of: &dyn Fn(&Seen) -> f64| {
-            let (sum, weight) = weights().fold((0.0, 0.0), |s, (f, w)| (s.0 + w * of(&f.seen), s.1 + w));
+            let weights = self.found.iter().filter(|f| patch.holds(f)).map(|f| (f, patch.facing(f)));
+            let (sum, weight) = weights.fold((0.0, 0.0), |s, (f, w)| (s.0 + w * of(&f.seen), s.1 + w));
             if weight > 0.0 { sum / weight } else { 0.0 }
         };
         let strength = mean(&|seen| flow_stress(material, seen, cell)) / 3f64.sqrt();
@@ -214,7 +220,7 @@ impl<'a> Gather<'a> {
         let force = match patch.touches {
             true if touch.is_yielding => pressed,
             true => pressed.max(bound * touch.area),
-            false => bound * (touch.area - BAND * cell * growth).max(0.0),
+            false => bound * (touch.area - FIRST * cell * growth).max(0.0),
         };
         touch.yield_force = Some(force);
         let pressure = if patch.touches && touch.area > 0.0 { force / touch.area } else { bound };
@@ -256,32 +262,44 @@ struct Patch {
 }
 
 impl Patch {
-    /// None where no clay is near, or none has a side.
-    fn of(found: &[Found]) -> Option<Self> {
-        let first = found.first()?;
-        let touches = found.iter().any(|f| f.seen.touches);
-        let gap = if touches { 0.0 } else { first.gap.max(0.0) };
-        let mut patch = Self { touches, normal: DVec3::ZERO, gap, area: 0.0, growth: 0.0 };
-        let sum: DVec3 = found.iter().filter(|f| patch.holds(f)).map(|f| -f.area * f.normal).sum();
-        patch.normal = sum.try_normalize()?;
-        let faced = patch;
-        let area_of = |f: &Found| f.area * faced.facing(f).max(0.0);
-        patch.area = found.iter().filter(|f| patch.holds(f)).map(area_of).sum();
-        let comes = |f: &&Found| match touches {
-            true => !f.seen.touches && f.gap >= 0.0 && f.gap < BAND * faced.facing(f),
-            false => (BAND..1.8 * BAND).contains(&(f.gap - gap)),
-        };
-        patch.growth = found.iter().filter(comes).map(area_of).sum::<f64>() / if touches { BAND } else { 0.8 * BAND };
-        Some(patch)
-    }
-
+    /// Whether a particle is of what touches, or of the first layer that will.
     fn holds(&self, found: &Found) -> bool {
         if self.touches { found.seen.touches } else { found.gap - self.gap < BAND }
     }
 
-    /// Cosine [-] between the surface before a particle and the patch.
+    /// The area that a particle has across the patch.
     fn facing(&self, found: &Found) -> f64 {
-        -found.normal.dot(self.normal)
+        found.area * (-found.normal.dot(self.normal)).max(0.0)
+    }
+}
+
+impl Gather<'_> {
+    /// None where no clay is near, or none has a side.
+    fn patch(&self) -> Option<Patch> {
+        let first = self.found.first()?;
+        let touches = self.found.iter().any(|f| f.seen.touches);
+        let gap = if touches { 0.0 } else { first.gap.max(0.0) };
+        let patch = Patch { touches, normal: DVec3::ZERO, gap, area: 0.0, growth: 0.0 };
+        // The nearer, the more: what lies by the side of a face comes in without a step.
+        let weight = |f: &Found| if touches { f.area } else { f.area * (BAND - f.gap + gap) };
+        let sum: DVec3 = self.found.iter().filter(|f| patch.holds(f)).map(|f| -weight(f) * f.normal).sum();
+        let patch = Patch { normal: sum.try_normalize()?, ..patch };
+        let area = match touches {
+            true => self.found.iter().filter(|f| patch.holds(f)).map(|f| patch.facing(f)).sum(),
+            false => self.area_at(&patch, gap + FIRST),
+        };
+        let growth = match touches {
+            true => self.area_at(&patch, BAND) / BAND,
+            false => (self.area_at(&patch, gap + BAND) - area) / (BAND - FIRST),
+        };
+        Some(Patch { area, growth: growth.max(0.0), ..patch })
+    }
+
+    /// The area \[cells^2\] of what does not touch and would if the tool went on against the normal by `depth`.
+    fn area_at(&self, patch: &Patch, depth: f64) -> f64 {
+        let on = self.pose.rotation.conjugate() * (patch.normal * depth);
+        let comes = |f: &&Found| !f.seen.touches && f.gap < depth && self.shape.distance(f.local + on) < reach(f.seen.volume);
+        self.found.iter().filter(comes).map(|f| patch.facing(f)).sum()
     }
 }
 

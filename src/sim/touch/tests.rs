@@ -48,8 +48,12 @@ fn touch(shape: ToolShape, above: f64, force: f64, strained: bool) -> ToolTouch 
     let mut gather = Gather::new(&plan.tools[0], &plan, &domain);
     let scaled = shape.scaled(1.0 / CELL);
     let at_yield = material().yield_stress / material().lame_mu();
-    lattice(&domain, |seen| {
-        let touches = scaled.distance(seen.position - middle(&domain) - DVec3::Y * above) - 0.25 < -1e-9;
+    lattice(&domain, |mut seen| {
+        // What a tool stands in has gone down with the clay below it.
+        let at = seen.position - middle(&domain);
+        let sunk = (0.25 - scaled.distance(DVec3::new(at.x, -0.25 - above, at.z))).max(0.0);
+        let touches = sunk > 1e-9 && at.y > -0.3;
+        seen.position.y -= sunk;
         let strain = if strained { DMat3::from_diagonal(DVec3::new(1.0, -2.0, 1.0) * at_yield / 3.0) } else { DMat3::ZERO };
         gather.see(Seen { touches, strain, ..seen });
     });
@@ -95,7 +99,7 @@ fn patch_that_yields_bears_its_force() {
 }
 
 /// The area of a ball grows by `2 pi R` with depth, `(2 + pi) k` of it is the slope; at the touch it bears
-/// nothing yet. Pressed by half a cell, its area is `2 pi R d`.
+/// nothing yet. Pressed by .4 cells, its area is `2 pi R d`.
 #[test]
 fn ball_grows_with_depth() {
     let radius = 6.0;
@@ -107,7 +111,8 @@ fn ball_grows_with_depth() {
     assert!(before.yield_force.expect("it yields") < 0.35 * whole, "{:?} of {whole}", before.yield_force);
     let pressed = touch(ball, radius - 0.4, 0.0, false);
     let grown = pressed.yield_slope / pressure;
-    close(grown, 2.0 * PI * radius * CELL, 0.5);
+    close(grown, 2.0 * PI * radius * CELL, 0.25);
+    close(pressed.area, 2.0 * PI * radius * 0.4 * CELL * CELL, 0.25);
 }
 
 /// In the midst of clay the fill is 1 and flat; at its face half, and grows into the clay.
