@@ -121,7 +121,7 @@ fn force_goes_when_asked_and_comes_back_slowly() {
     assert!(bench.hold(DEEP, 50).y < 0.1 * full);
     assert!((bench.hold(DEEP, 900).y - full).abs() < 0.02 * full);
     bench.order(HandOrders { restarts: 1, ..bench.orders });
-    assert_eq!(bench.hold(DEEP, 21), DVec3::ZERO);
+    assert!(bench.hold(DEEP, 21).y < 0.01 * full);
     assert!((bench.hold(DEEP, 900).y - full).abs() < 0.02 * full);
 }
 
@@ -158,7 +158,7 @@ fn poses_that_are_no_numbers_leave_no_trace() {
     bench.hold(DVec3::Y * 1e-3, 20);
     let full = bench.hold(DEEP, 1000).y;
     assert_eq!(bench.hold(DVec3::NAN, 3), DVec3::ZERO);
-    assert_eq!(bench.hold(DEEP, 1).y, 0.0);
+    assert!(bench.hold(DEEP, 1).y < 2e-3, "it comes by the ramp");
     assert_eq!(bench.pulse().safety.ticks(Stage::Finite), 3);
     assert!((bench.hold(DEEP, 1000).y - full).abs() < 0.02 * full);
 }

@@ -83,6 +83,6 @@ mod tests {
         let [mut joined, second] = parts;
         joined.join(second);
         joined.join(Latency::default());
-        assert!((joined.mean - all.mean).abs() < 1e-15 && joined.count == 7 && joined.greatest == 0.036, "{joined:?}");
+        assert!((joined.mean - all.mean).abs() < 1e-15 && (joined.count, joined.greatest) == (7, all.greatest), "{joined:?}");
     }
 }
