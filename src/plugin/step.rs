@@ -5,7 +5,7 @@ use super::clock::{ClayClock, ClayGravity, Gap};
 use super::engine::ClayEngine;
 use super::feel::{HapticSession, drive};
 use super::held::HeldTime;
-use super::run::{ArmOrders, Orders};
+use super::run::{ArmOrders, Orders, Run};
 use super::schedule::{ClaySystems, schedule};
 use super::space::ClaySpace;
 use super::tool::{HeldTool, SculptTool, ToolStatus, ToolTrail, TouchesOnly};
@@ -72,6 +72,11 @@ fn step(
     let (wall, is_gap) = gap.look(&time, &real);
     let mut faults = Faults::default();
     let hands = held_tools(&mut tools, &transforms, &mut faults);
+    let look = Look {
+        app_speed: app_speed(app_clock.as_deref()),
+        in_hand: session.and_then(|session| session.tool()).map(Entity::to_bits),
+        hands,
+    };
     for (entity, settings, clock, material, mut clay) in &mut clays {
         let clay = clay.bypass_change_detection();
         let mut run = clay.run.lock();
@@ -83,36 +88,22 @@ fn step(
             run.plans.lift();
         }
         let space = clock.validate().and_then(|()| place("clay transform", entity, &transforms));
-        let space = match space {
-            Ok(space) => space,
+        match space {
+            Ok(space) => {
+                let gravity = space.vector_to_clay(settings.gravity.unwrap_or(gravity.0));
+                let mut policy = policy(settings, gravity, settings.is_responsive.then_some(wall));
+                if clay.bridge.is_some() {
+                    policy.integrator = IntegratorChoice::Explicit;
+                }
+                look.order(entity, &mut run, (policy, *material, clock.speed), &space, &mut faults);
+                if !run.is_driven {
+                    run.advance(entity, time.delta_secs_f64(), 0.0, None);
+                }
+            }
             Err(error) => {
-                run.stand();
+                run.orders.iter_mut().for_each(|orders| orders.stands = true);
                 run.plans.refuse(entity, error);
-                continue;
             }
-        };
-        let gravity = space.vector_to_clay(settings.gravity.unwrap_or(gravity.0));
-        let is_driven = run.is_driven;
-        let now = if is_driven { haptics::clock::now() } else { 0.0 };
-        let wall = if is_driven { Some(drive::PERIOD) } else { settings.is_responsive.then_some(wall) };
-        let mut policy = policy(settings, gravity, wall);
-        if clay.bridge.is_some() {
-            policy.integrator = IntegratorChoice::Explicit;
-        }
-        let mut ways = ways(entity, &space, &hands, now, &mut faults);
-        let mut orders =
-            Orders { policy, material: *material, speed: clock.speed, stands: false, arm: None, written: haptics::clock::now() };
-        if is_driven {
-            drive::arm(&mut orders, app_speed(app_clock.as_deref()));
-            let held = session.as_ref().and_then(|session| session.tool()).map(Entity::to_bits);
-            if let Some(arm) = ways.iter().position(|tool| Some(tool.key) == held).map(|i| ways.swap_remove(i)) {
-                orders.arm = Some(ArmOrders { key: arm.key, tool: arm.tool, space });
-            }
-        }
-        run.orders = Some(orders);
-        run.plans.offer(ways);
-        if !is_driven {
-            run.advance(entity, time.delta_secs_f64(), now, None);
         }
         drop(run);
         clay.heed(entity);
@@ -123,6 +114,39 @@ fn step(
             error.iter().for_each(|error| warn!("tool {entity} is left out: {error}"));
             status.error = error;
         }
+    }
+}
+
+/// What an app's frame brings to all clay.
+struct Look {
+    /// Seconds of the app's clock per second of wall time [-].
+    app_speed: f64,
+    /// The tool in an arm's hand.
+    in_hand: Option<u64>,
+    hands: Vec<HeldTool>,
+}
+
+impl Look {
+    /// Writes what a clay's plans come from, and where its tools were.
+    fn order(
+        &self,
+        entity: Entity,
+        run: &mut Run,
+        (policy, material, speed): (Policy, ClayMaterial, f64),
+        space: &ClaySpace,
+        faults: &mut Faults,
+    ) {
+        let written = haptics::clock::now();
+        let now = if run.is_driven { written } else { 0.0 };
+        let mut ways = ways(entity, space, &self.hands, now, faults);
+        let mut orders = Orders { policy, material, speed, stands: false, arm: None, written };
+        if run.is_driven {
+            drive::arm(&mut orders, self.app_speed);
+            let arm = ways.iter().position(|tool| Some(tool.key) == self.in_hand).map(|i| ways.remove(i));
+            orders.arm = arm.map(|arm| ArmOrders { key: arm.key, tool: arm.tool, space: *space });
+        }
+        run.orders = Some(orders);
+        run.plans.offer(ways);
     }
 }
 

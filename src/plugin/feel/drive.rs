@@ -36,6 +36,7 @@ const UNSEEN: f64 = 0.05;
 /// the clay had no time for are not gone late. `app_speed` is that of the app's clock.
 pub(in crate::plugin) fn arm(orders: &mut Orders, app_speed: f64) {
     orders.policy.outputs.touch = true;
+    orders.policy.wall = Some(PERIOD);
     orders.policy.backlog = Backlog::Drop;
     orders.speed *= app_speed;
     orders.stands |= orders.speed == 0.0;
