@@ -374,7 +374,7 @@ fn arm_takes_the_clay_and_gives_it_back() {
     live(&mut app, "a force", is_felt);
     app.world_mut().despawn(tool);
     live(&mut app, "an open hand", |world| session(world).phase() == HapticPhase::Closed);
-    live(&mut app, "the last frame", |world| engine(world, clay).pending() == 0);
+    settle(&mut app, "the last frame", |world| engine(world, clay).pending() == 0);
     tick(&mut app, clay);
     let time = metrics(&app, clay).time;
     (0..3).for_each(|_| tick(&mut app, clay));

@@ -103,7 +103,10 @@ fn open(tools: Query<Held>, mut session: ResMut<HapticSession>, mut commands: Co
     let servo = settings.servo(&shape);
     if session.is_of(tool, settings) {
         session.write(settings, servo);
+    } else if session.failed.as_ref() == Some(settings) {
+        // It was told, and is not tried again for the same.
     } else if let Err(error) = session.open(tool, settings, servo) {
+        session.failed = Some(settings.clone());
         let message = error.to_string();
         error!("tool {tool} is in no hand: {message}");
         commands.trigger(HapticFault { entity: tool, fault: None, has_begun: true, message });

@@ -56,6 +56,8 @@ pub struct HapticSession {
     /// Counts the times that force was let go and come back.
     restarts: u32,
     pub(super) is_priority_told: bool,
+    /// Settings for which no thread was to be had.
+    pub(super) failed: Option<HapticSettings>,
     /// What is wrong with the settings that were not taken.
     pub(super) refused: Option<ParamsError>,
 }
