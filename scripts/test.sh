@@ -128,6 +128,7 @@ run_windows() {
     small=("${small[@]%.rs}")
     timeout 1800 bash scripts/examples.sh "$results/examples" "${small[@]/#examples/$examples}"
     in_window "$examples/sculpt" --check --script --frames 3000 --screenshot "$results/sculpt.png"
+    in_window "$examples/sculpt" --check --arm simulated --script --screenshot "$results/sculpt_arm.png"
     for bad in "--check --frames 0" "--script" "--check --screenshot no.png" "--engine steam" "--scene no_such.ron" "--no-such-thing"; do
         status=0
         # shellcheck disable=SC2086 # a word or two

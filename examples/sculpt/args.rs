@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::arm::ArmArg;
 use crate::check::CheckArgs;
 use bevy_clay::prelude::*;
 use clap::{ArgGroup, Parser, ValueEnum};
@@ -64,6 +65,9 @@ pub(crate) struct Args {
     /// Where the surface that is shown is made.
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) surface: SurfaceArg,
+    /// A haptic arm that leads a tool of its own beside the mouse's.
+    #[arg(long, value_enum)]
+    pub(crate) arm: Option<ArmArg>,
     /// Folder for exported files.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,

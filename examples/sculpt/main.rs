@@ -1,5 +1,5 @@
 //! Sculpts clay in a window: `cargo demo sculpt [-- --scene FILE --clay FILE --engine auto|native|gpu
-//! --surface auto|cpu|gpu --out DIR]`. Each module is a plugin:
+//! --surface auto|cpu|gpu --arm simulated|touch --out DIR]`. Each module is a plugin:
 //!
 //! | file      | shows                                                                     |
 //! |-----------|---------------------------------------------------------------------------|
@@ -12,6 +12,7 @@
 //! | `hand`    | what the hand holds, chosen by keys and the wheel                         |
 //! | `tools`   | a tool's entity: shape, look, force; where the clay has it in slow motion |
 //! | `stroke`  | a tool that follows the pointer into the clay, no faster than a hand      |
+//! | `arm`     | a haptic arm's tool, beside the mouse's                                   |
 //! | `pace`    | the clay's clock and the tool's speed, so that a slow machine keeps up    |
 //! | `keys`    | undo, redo, reset, export, pause                                          |
 //! | `hud`     | egui beside the clay's own panels                                         |
@@ -21,6 +22,7 @@
 //! Exit code 2: bad arguments or scene, in one line; 1: a check failed; 0: all is well.
 
 mod args;
+mod arm;
 mod check;
 mod hand;
 mod hud;
@@ -60,8 +62,11 @@ fn main() -> AppExit {
         .add_plugins((start::StartPlugin(start), stage::StagePlugin, view::ViewPlugin, pointer::PointerPlugin))
         .add_plugins((hand::HandPlugin, tools::ToolPlugin, stroke::StrokePlugin, pace::PacePlugin))
         .add_plugins((keys::KeysPlugin { export_folder: args.out }, hud::HudPlugin));
+    if let Some(choice) = args.arm {
+        app.add_plugins(arm::ArmPlugin(choice));
+    }
     if args.check.is_on {
-        app.add_plugins(check::CheckPlugin(args.check));
+        app.add_plugins(check::CheckPlugin { args: args.check, has_arm: args.arm.is_some() });
     }
     app.run()
 }

@@ -117,7 +117,7 @@ fn keep(
     mut reports: MessageReader<ClayReport>,
     stirred: Query<(), (With<Clay>, Stirred)>,
     clay: Single<Doing>,
-    stroke: Option<Res<Stroke>>,
+    (stroke, session): (Option<Res<Stroke>>, Res<HapticSession>),
     mut pace: ResMut<Pace>,
     real: Res<Time<Real>>,
 ) {
@@ -135,10 +135,18 @@ fn keep(
     pace.brake = (pace.brake + if is_piling_up { 0.15 } else { -0.3 }).clamp(0.0, 6.0);
     // Clay at rest stands: what it would do takes time from what it is asked for next. In implicit steps it
     // does so by itself.
-    let stands = matches!(pace.steps, Steps::Explicit(_)) && pace.still >= REST_FRAMES;
-    let wanted = if stands { 0.0 } else { pace.clock_speed() };
+    let is_held = session.tool().is_some();
+    let stands = !is_held && matches!(pace.steps, Steps::Explicit(_)) && pace.still >= REST_FRAMES;
+    // In an arm's hand clay is planned for the time that it takes as it is, and what stands is not felt.
+    let wanted = if is_held {
+        1.0
+    } else if stands {
+        0.0
+    } else {
+        pace.clock_speed()
+    };
     pace.tool_speed = pace.tool_speed(settings.accuracy.travel() * status.cell_width, wanted, metrics.lag);
-    pace.is_at_rest = stands || metrics.is_resting && stroke.is_none();
+    pace.is_at_rest = !is_held && (stands || metrics.is_resting && stroke.is_none());
     if (clock.speed - wanted).abs() > 0.02 * clock.speed.min(wanted) {
         clock.speed = wanted;
     }

@@ -16,7 +16,9 @@
 pub mod arm_tool;
 pub mod clock;
 pub mod device;
+pub mod guarded;
 pub mod model;
+pub mod priority;
 pub mod proxy;
 #[cfg(any(test, feature = "reference"))]
 pub mod reference;

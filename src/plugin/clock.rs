@@ -56,7 +56,7 @@ impl Default for ClayGravity {
 /// An app that was away for longer than this \[s\] was asleep: its tools have been somewhere in between, and
 /// nobody knows where. A frame drawn by software takes less, on a busy machine too: each time a knife is put
 /// down anew it begins a cut of its own, and the more cuts cross, the longer steps take.
-const SLEPT: f64 = 5.0;
+pub(super) const SLEPT: f64 = 5.0;
 
 /// Tells time that went by without the clay.
 #[derive(Debug, Default)]

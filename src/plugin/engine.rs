@@ -6,9 +6,11 @@ use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, EngineChoice};
 use super::entity;
 use super::events::ClayReady;
+use super::feel::Armed;
 use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
+use super::run::SharedRun;
 use super::schedule::{ClaySystems, schedule};
 use super::status::{ClayError, ClayMetrics, ClayStatus};
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
@@ -21,8 +23,11 @@ use crate::sim::tool::Pose;
 use bevy::prelude::*;
 use bevy::tasks::futures::check_ready;
 use bevy::tasks::{AsyncComputeTaskPool, Task};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+/// Why clay does not run where it should.
+const ARMED: &str = "a haptic arm touches the clay: it runs on the CPU engine, which alone says what a hand feels";
 
 /// An engine that stops again so soon after it was started anew is left alone.
 const RESTART_AFTER: Duration = Duration::from_secs(10);
@@ -32,11 +37,11 @@ const DEVICE_WITHIN: Duration = Duration::from_secs(2);
 /// The running engine of a [`Clay`], inserted by the plugin when it is ready and replaced when it is changed.
 #[derive(Component)]
 pub struct ClayEngine {
-    engine: Mutex<Box<dyn Engine>>,
+    /// The engine and what is planned for it.
+    pub(super) run: SharedRun,
     /// Its way into the render world, if it runs there.
     pub(super) bridge: Option<Bridge>,
     pub(super) want: Want,
-    pub(super) plans: Plans,
     pub(super) pace: Pace,
     /// What [`Self::describe`] says.
     pub(super) name: String,
@@ -44,8 +49,6 @@ pub struct ClayEngine {
     pub(super) generation: u64,
     /// Counts the states of this engine.
     pub(super) revision: u64,
-    /// Whether another engine is about to take over: no more frames are planned.
-    pub(super) is_leaving: bool,
     /// Why there will be no next frame.
     pub(super) stopped: Option<EngineError>,
     /// Whether the app was told.
@@ -66,14 +69,12 @@ impl ClayEngine {
         engine.load(&snapshot)?;
         Ok(Self {
             name: engine.describe(),
-            engine: Mutex::new(engine),
+            run: SharedRun::new(engine, Plans::new(&snapshot)),
             bridge,
             want,
             pace: Pace::default(),
-            plans: Plans::new(&snapshot),
             generation: 0,
             revision: 0,
-            is_leaving: false,
             stopped: None,
             is_loss_said: false,
             kept: Kept { snapshot, revision: 0, at: Instant::now(), copying: None },
@@ -93,12 +94,12 @@ impl ClayEngine {
     /// The surface particles at the end of the last reported frame. Converts every particle: see
     /// [`Self::surface_deferred`].
     pub fn surface(&self) -> Option<SurfaceSource> {
-        self.engine().surface()
+        self.surface_deferred().map(|make| make())
     }
 
     /// [`Self::surface`] as of now, to be made on another thread.
     pub fn surface_deferred(&self) -> Option<Deferred<SurfaceSource>> {
-        self.engine().surface_deferred()
+        self.run.lock().engine().surface_deferred()
     }
 
     /// Asks for the whole state, paused or not: see [`Engine::request_state`]. The ticket is a future for a
@@ -107,13 +108,13 @@ impl ClayEngine {
     /// # Errors
     /// Nothing is loaded.
     pub fn request_state(&self) -> Result<StateTicket, EngineError> {
-        self.engine().request_state()
+        self.run.lock().engine().request_state()
     }
 
     /// Where the clay has the tool of an entity, in the clay's own frame, at the end of the last frame
     /// reported: in slow motion it is behind the hand. Nothing if the tool was not in that frame.
     pub fn tool_pose(&self, tool: Entity) -> Option<Pose> {
-        self.plans.planner.tool_pose(tool.to_bits())
+        self.run.lock().plans.planner.tool_pose(tool.to_bits())
     }
 
     /// Counts the states of the clay, as [`ClaySurface::revision`](super::show::ClaySurface::revision) does:
@@ -124,22 +125,31 @@ impl ClayEngine {
 
     /// Frames under way.
     pub fn pending(&self) -> usize {
-        self.engine().pending()
+        self.run.lock().engine().pending()
     }
 
-    fn engine(&self) -> MutexGuard<'_, Box<dyn Engine>> {
-        // A panic of another thread while it looked changed nothing here.
-        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Whether another engine is about to take over: no more frames are planned.
+    pub(super) fn is_leaving(&self) -> bool {
+        self.run.lock().is_leaving
     }
 
-    /// The engine and what is planned for it.
-    pub(super) fn parts(&mut self) -> (&mut dyn Engine, &mut Plans) {
-        (self.engine.get_mut().unwrap_or_else(PoisonError::into_inner).as_mut(), &mut self.plans)
+    /// Plans no more frames, or goes on.
+    fn set_leaving(&self, is_leaving: bool) {
+        self.run.lock().is_leaving = is_leaving;
+    }
+
+    /// Stops the clay if its engine has.
+    pub(super) fn heed(&mut self, entity: Entity) {
+        let fault = self.run.lock().fault().cloned();
+        if let Some(error) = fault.filter(|_| self.stopped.is_none()) {
+            error!("clay {entity} lost its engine: {error}");
+            self.stopped = Some(error);
+        }
     }
 
     /// Whether this is the engine of the clay that starts from `base`, and runs it.
     pub(super) fn runs(&self, base: &Arc<Snapshot>) -> bool {
-        Arc::ptr_eq(&self.want.source, base) && !self.is_leaving && self.stopped.is_none()
+        Arc::ptr_eq(&self.want.source, base) && !self.is_leaving() && self.stopped.is_none()
     }
 
     /// Whether it runs on the app's graphics device.
@@ -214,6 +224,8 @@ pub(super) struct EngineStart {
     declined: Option<(SharedDevice, Instant, String)>,
     /// Why the clay has no engine.
     error: Option<String>,
+    /// Whether an arm touches the clay.
+    is_armed: bool,
     /// Why it has not the one it should have.
     fallback: Option<String>,
 }
@@ -237,8 +249,17 @@ impl EngineStart {
 
     /// The device that the settings come to: nothing for the CPU engine. An error while a lost device may
     /// still be replaced.
-    fn device(&mut self, settings: &ClaySettings, app: Option<SharedDevice>) -> Result<Option<SharedDevice>, Awaiting> {
+    fn device(
+        &mut self,
+        settings: &ClaySettings,
+        app: Option<SharedDevice>,
+        is_armed: bool,
+    ) -> Result<Option<SharedDevice>, Awaiting> {
         self.fallback = None;
+        if is_armed {
+            self.fallback = (settings.engine == EngineChoice::Gpu).then(|| ARMED.into());
+            return Ok(None);
+        }
         let device = match settings.engine {
             EngineChoice::Native => return Ok(None),
             EngineChoice::Auto if settings.integrator != IntegratorChoice::Explicit => return Ok(None),
@@ -272,7 +293,7 @@ impl EngineStart {
         let engine = engine.filter(|e| Arc::ptr_eq(&e.want.source, &want.source));
         if self.under_way.as_ref().is_some_and(|(under_way, _)| *under_way == want) {
             // What it did now would be lost: the next one's state is taken already.
-            engine.into_iter().for_each(|engine| engine.is_leaving = true);
+            engine.into_iter().for_each(|engine| engine.set_leaving(true));
             return Ok(());
         }
         self.under_way = None;
@@ -285,18 +306,18 @@ impl EngineStart {
             return Ok(());
         };
         if engine.want == want && engine.stopped.is_none() {
-            engine.is_leaving = false;
+            engine.set_leaving(false);
         } else if engine.is_lost(&want) {
             let is_hopeless = engine.want == want && self.restarted.is_some_and(|at| at.elapsed() < RESTART_AFTER);
             if !is_hopeless {
                 self.restarted = Some(Instant::now());
-                engine.is_leaving = true;
+                engine.set_leaving(true);
                 let kept = engine.kept.snapshot.clone();
                 self.spawn(want, async { Ok(go_on_from(kept)) });
             }
         } else {
             // The state moves over when the frames under way have ended.
-            engine.is_leaving = true;
+            engine.set_leaving(true);
             if engine.pending() == 0 {
                 let (ticket, kept) = (engine.request_state()?, engine.kept.snapshot.clone());
                 self.spawn(want, async { Ok(ticket.await.map_or_else(|StateLost| go_on_from(kept), |make| Arc::new(make()))) });
@@ -335,12 +356,12 @@ fn end(gone: On<Remove, Clay>, mut commands: Commands) {
 
 /// Starts the engine of each clay that has none, or not the one it should have.
 pub(super) fn start(
-    mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>)>,
+    mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>, Has<Armed>)>,
     app: AppDevice,
     held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
-    for (entity, base, settings, mut start, engine) in &mut clays {
+    for (entity, base, settings, mut start, engine, is_armed) in &mut clays {
         let Some(source) = base.snapshot.clone() else { continue };
         let start = start.bypass_change_detection();
         let mut engine = engine.map(Mut::into_inner);
@@ -349,11 +370,15 @@ pub(super) fn start(
         {
             start.declined = Some((device.clone(), Instant::now(), reason.to_string()));
         }
-        let Ok(device) = start.device(settings, app.get()) else { continue };
+        let Ok(device) = start.device(settings, app.get(), is_armed) else { continue };
+        if is_armed && !std::mem::replace(&mut start.is_armed, is_armed) && engine.as_ref().is_some_and(|e| e.runs_on_device()) {
+            info!("clay {entity}: {ARMED}");
+        }
+        start.is_armed = is_armed;
         let want = Want { source, device };
         if let Some(engine) = engine.as_deref_mut() {
             // A clay that was replaced stands still until the next is ready, unless that was refused.
-            engine.is_leaving = !Arc::ptr_eq(&engine.want.source, &want.source) && start.refused.as_ref() != Some(&want);
+            engine.set_leaving(!Arc::ptr_eq(&engine.want.source, &want.source) && start.refused.as_ref() != Some(&want));
         }
         if let Err(error) = start.pursue(want.clone(), engine) {
             refuse(entity, start, want, &error);
@@ -380,8 +405,9 @@ pub(super) fn admit(mut clays: Query<Starting>, mut generation: Local<u64>, mut 
                 status.particle_count = engine.kept.snapshot.particles.len();
                 *generation += 1;
                 engine.generation = *generation;
-                if let Some(mut old) = old.filter(|old| Arc::ptr_eq(&old.want.source, &want.source)) {
-                    engine.plans.take_over(std::mem::take(&mut old.plans));
+                if let Some(old) = old.filter(|old| Arc::ptr_eq(&old.want.source, &want.source)) {
+                    let plans = std::mem::take(&mut old.run.lock().plans);
+                    engine.run.lock().plans.take_over(plans);
                 }
                 start.refused = None;
                 start.error = None;

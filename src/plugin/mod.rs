@@ -20,6 +20,8 @@
 //! | `report`        | frames that have ended        | [`ClayReport`], [`ToolForce`], [`ClayStatus`]     |
 //! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
 //! | `step`        | clock, ways, material         | frame plans                                       |
+//! | [`feel`]        | a haptic arm, samples of the hand | ways of its tool, contact models, [`HapticSession`] |
+//! | `run`           | plans' orders, time           | frames submitted and polled, by a system or a thread |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
 //! | [`gizmos`]      | tools, forces, surface particles | lines over them, for those who look for what is
@@ -46,6 +48,7 @@
 //! [`ToolForce`]: tool::ToolForce
 //! [`ClayHistory`]: undo::ClayHistory
 //! [`SculptTool`]: tool::SculptTool
+//! [`HapticSession`]: feel::HapticSession
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -67,6 +70,7 @@ pub mod draw;
 pub mod engine;
 mod entity;
 pub mod events;
+pub mod feel;
 pub mod follow;
 pub mod gizmos;
 mod gpu;
@@ -79,6 +83,7 @@ mod plans;
 pub mod recover;
 mod reflect;
 mod report;
+mod run;
 pub mod schedule;
 pub mod show;
 pub mod software;
@@ -93,6 +98,7 @@ pub use base::SourcePlugin;
 pub use diagnostics::DiagnosticsPlugin;
 pub use draw::DrawPlugin;
 pub use engine::EnginePlugin;
+pub use feel::HapticPlugin;
 pub use follow::FollowPlugin;
 pub use gpu::GpuPlugin;
 pub use look::LookPlugin;
@@ -116,6 +122,9 @@ pub mod prelude {
         ClayChange, ClayChanged, ClayEngineLost, ClayExported, ClayReady, ClayTrouble, DropOffcuts, ExportClay, RedoClay,
         ResampleClay, ResetClay, UndoClay,
     };
+    pub use super::feel::events::{HapticContact, HapticCut, HapticFault, HapticReady};
+    pub use super::feel::session::{HapticPhase, HapticSession};
+    pub use super::feel::settings::{ArmChoice, HapticSettings, SimulatedHand};
     pub use super::follow::MaterialFile;
     pub use super::gizmos::{ClayGizmos, ClayGizmosPlugin};
     pub use super::look::{ClayLook, ClayLookMaterial};
@@ -160,6 +169,7 @@ impl PluginGroup for ClayPlugins {
             .add(RecoverPlugin)
             .add(ReportPlugin)
             .add(OpsPlugin)
+            .add(HapticPlugin)
             .add(StepPlugin)
             .add(ShowPlugin)
             .add(DrawPlugin)

@@ -111,7 +111,7 @@ fn name(op: Op) -> &'static str {
 /// Asks for the state after each stroke.
 fn mark_strokes(mut clays: Query<(&mut ClayHistory, &mut Ops, &ClayEngine)>, real: Res<Time<Real>>) {
     for (mut history, mut ops, engine) in &mut clays {
-        let is_touched = engine.plans.felt.iter().any(|(_, tool)| tool.contacts + tool.tagged > 0);
+        let is_touched = engine.run.lock().plans.felt.iter().any(|(_, tool)| tool.contacts + tool.tagged > 0);
         if history.bypass_change_detection().touch(is_touched, real.elapsed_secs_f64()) {
             ops.waiting.push_back(Op::Record);
         }

@@ -7,6 +7,7 @@ use super::engine::{self, ClayEngine, EngineStart};
 use super::events::{ClayEngineLost, ClayTrouble};
 use super::follow::Following;
 use super::held::HeldTime;
+use super::run::Ended;
 use super::schedule::{ClaySystems, schedule};
 use super::show::{self, ClaySurface};
 use super::space::ClaySpace;
@@ -32,7 +33,7 @@ impl Plugin for ReportPlugin {
 }
 
 /// Hands out the reports of frames that have ended; names each kind of trouble once per clay.
-fn report(
+pub(super) fn report(
     mut clays: Query<(Entity, &mut ClayEngine, &mut ClayStatus, &mut ClayMetrics), With<Clay>>,
     mut reports: MessageWriter<ClayReport>,
     held: Res<HeldTime>,
@@ -40,32 +41,24 @@ fn report(
     let _watch = held.watch();
     for (entity, mut clay, mut status, mut metrics) in &mut clays {
         let clay = clay.bypass_change_detection();
-        while clay.stopped.is_none() {
-            let (engine, plans) = clay.parts();
-            match engine.poll() {
-                Ok(Some(mut report)) => {
-                    let tools = plans.note(&mut report);
-                    let news = report.health.without(plans.logged);
-                    if !news.is_ok() {
-                        warn!("clay {entity}, frame {}: {news}", report.plan_id);
-                        plans.logged.insert(news);
-                    }
-                    // What rests looks as it did.
-                    clay.revision += u64::from(!report.is_resting());
-                    metrics.note(&report);
-                    let (health, particle_count) = (report.health, report.particle_count);
-                    if (status.health, status.particle_count) != (health, particle_count) {
-                        (status.health, status.particle_count) = (health, particle_count);
-                    }
-                    reports.write(ClayReport { clay: entity, report, tools });
-                }
-                Ok(None) => break,
-                Err(error) => {
-                    error!("clay {entity} lost its engine: {error}");
-                    clay.stopped = Some(error);
-                }
+        let ended = {
+            let mut run = clay.run.lock();
+            if !run.is_driven {
+                run.poll(entity, |_, _| ());
             }
+            run.take_ended()
+        };
+        for Ended { report, tools } in ended {
+            // What rests looks as it did.
+            clay.revision += u64::from(!report.is_resting());
+            metrics.note(&report);
+            let (health, particle_count) = (report.health, report.particle_count);
+            if (status.health, status.particle_count) != (health, particle_count) {
+                (status.health, status.particle_count) = (health, particle_count);
+            }
+            reports.write(ClayReport { clay: entity, report, tools });
         }
+        clay.heed(entity);
     }
 }
 
@@ -81,7 +74,7 @@ pub(super) fn feel(
     for (clay, engine) in &clays {
         let Ok(transform) = transforms.compute_global_transform(clay) else { continue };
         let Ok(space) = ClaySpace::new(&transform) else { continue };
-        for (tool, report) in &engine.plans.felt {
+        for (tool, report) in &engine.run.lock().plans.felt {
             let [force, torque] = [report.force, report.torque].map(|v| space.vector_to_world(v));
             felt.entry(*tool).or_default().add(clay, force, torque, report.contacts + report.tagged);
         }
@@ -147,16 +140,20 @@ pub(super) fn status(
         if let Some(mut engine) = engine {
             let engine = engine.bypass_change_detection();
             new.engine.clone_from(&engine.name);
-            let planner = &engine.plans.planner;
-            new.cell_width = planner.cell_width();
-            (now.given_up, now.lag) = (planner.given_up(), planner.lag());
+            let refused = {
+                let run = engine.run.lock();
+                let planner = &run.plans.planner;
+                new.cell_width = planner.cell_width();
+                (now.given_up, now.lag) = (planner.given_up(), planner.lag());
+                run.plans.refused.clone()
+            };
             now.rate = engine.pace.rate(now.time);
             if let Some(reason) = engine.stopped.as_ref().filter(|_| !engine.is_loss_said).map(ToString::to_string) {
                 engine.is_loss_said = true;
                 commands.trigger(ClayEngineLost { entity, reason });
             }
             let stopped = engine.stopped.as_ref().map(|error| ClayError::Stopped(error.to_string()));
-            error = error.or(stopped).or(engine.plans.refused.clone().map(ClayError::Parameter));
+            error = error.or(stopped).or(refused.map(ClayError::Parameter));
         }
         let (fault, warnings) = following.map_or((None, &[][..]), |f| (f.error.clone(), f.warnings.as_slice()));
         let declined = declined.map(|d| ClayError::Surface(d.reason().to_string()));

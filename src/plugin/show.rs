@@ -220,7 +220,7 @@ pub(super) fn swap(
         let state = *state;
         extraction.under_way = None;
         // A clay about to be replaced keeps what it shows until the next one is there.
-        if state.generation != engine.generation || engine.is_leaving || settings.mesh == MeshQuality::Off {
+        if state.generation != engine.generation || engine.is_leaving() || settings.mesh == MeshQuality::Off {
             continue;
         }
         let mut entity = commands.entity(entity);
@@ -282,7 +282,7 @@ pub(super) fn request(
         let (generation, revision) = (engine.generation, engine.revision);
         let state = State { generation, revision, quality: settings.mesh, is_shown: !is_drawn, device };
         if extraction.under_way.is_none()
-            && !engine.is_leaving
+            && !engine.is_leaving()
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {

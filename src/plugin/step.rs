@@ -3,11 +3,13 @@
 use super::clay::{Clay, ClaySettings};
 use super::clock::{ClayClock, ClayGravity, Gap};
 use super::engine::ClayEngine;
+use super::feel::{HapticSession, drive};
 use super::held::HeldTime;
+use super::run::{ArmOrders, Orders, Run};
 use super::schedule::{ClaySystems, schedule};
 use super::space::ClaySpace;
 use super::tool::{HeldTool, SculptTool, ToolStatus, ToolTrail, TouchesOnly};
-use crate::sim::engine::EngineError;
+use crate::haptics;
 use crate::sim::frame::FrameOutputs;
 use crate::sim::material::ClayMaterial;
 use crate::sim::params::ParamsError;
@@ -32,10 +34,15 @@ impl Plugin for StepPlugin {
 }
 
 /// Lifts the tools while the app's clock is paused, whatever schedule the clay is in.
-fn lift(clock: Option<Res<Time<Virtual>>>, mut clays: Query<&mut ClayEngine>) {
-    if clock.is_some_and(|clock| clock.is_paused() || clock.relative_speed_f64() == 0.0) {
-        clays.iter_mut().for_each(|mut clay| clay.bypass_change_detection().plans.lift());
+fn lift(clock: Option<Res<Time<Virtual>>>, clays: Query<&ClayEngine>) {
+    if app_speed(clock.as_deref()) == 0.0 {
+        clays.iter().for_each(|clay| clay.run.lock().stand());
     }
+}
+
+/// Seconds of the app's clock per second of wall time [-].
+fn app_speed(clock: Option<&Time<Virtual>>) -> f64 {
+    clock.map_or(1.0, |clock| if clock.is_paused() { 0.0 } else { clock.relative_speed_f64() })
 }
 
 /// What a frame of a clay is planned from.
@@ -47,48 +54,59 @@ type Tools<'a> = (Entity, &'a SculptTool, &'a mut ToolStatus, Option<&'a mut Too
 /// What is wrong with tools.
 type Faults = EntityHashMap<ParamsError>;
 
-/// Plans a frame for each clay that runs.
+/// The clocks that clay goes by.
+type Clocks<'w> = (Res<'w, Time>, Res<'w, Time<Real>>, Option<Res<'w, Time<Virtual>>>, Res<'w, ClayGravity>);
+
+/// Says what each clay's frames are planned from, and plans one for each that runs; an arm's thread plans those
+/// of the clay that it holds a tool to, by the clock on the wall.
 fn step(
-    (time, real, gravity): (Res<Time>, Res<Time<Real>>, Res<ClayGravity>),
+    (time, real, app_clock, gravity): Clocks,
     mut gap: Local<Gap>,
     mut clays: Query<Planned, With<Clay>>,
     mut tools: Query<Tools>,
     transforms: TransformHelper,
+    session: Option<Res<HapticSession>>,
     held: Res<HeldTime>,
 ) {
     let _watch = held.watch();
     let (wall, is_gap) = gap.look(&time, &real);
     let mut faults = Faults::default();
     let hands = held_tools(&mut tools, &transforms, &mut faults);
+    let look = Look {
+        app_speed: app_speed(app_clock.as_deref()),
+        in_hand: session.and_then(|session| session.tool()).map(Entity::to_bits),
+        hands,
+    };
     for (entity, settings, clock, material, mut clay) in &mut clays {
         let clay = clay.bypass_change_detection();
-        if is_gap || clock.stands() || clay.stopped.is_some() {
-            clay.plans.lift();
-        }
+        let mut run = clay.run.lock();
         if clock.stands() || clay.stopped.is_some() {
+            run.stand();
             continue;
         }
+        if is_gap {
+            run.plans.lift();
+        }
         let space = clock.validate().and_then(|()| place("clay transform", entity, &transforms));
-        let result = space.map_err(EngineError::Params).and_then(|space| {
-            let gravity = space.vector_to_clay(settings.gravity.unwrap_or(gravity.0));
-            let (is_leaving, runs_on_device) = (clay.is_leaving, clay.runs_on_device());
-            let (engine, plans) = clay.parts();
-            plans.planner.policy = policy(settings, gravity, settings.is_responsive.then_some(wall));
-            if runs_on_device {
-                plans.planner.policy.integrator = IntegratorChoice::Explicit;
+        match space {
+            Ok(space) => {
+                let gravity = space.vector_to_clay(settings.gravity.unwrap_or(gravity.0));
+                let mut policy = policy(settings, gravity, settings.is_responsive.then_some(wall));
+                if clay.bridge.is_some() {
+                    policy.integrator = IntegratorChoice::Explicit;
+                }
+                look.order(entity, &mut run, (policy, *material, clock.speed), &space, &mut faults);
+                if !run.is_driven {
+                    run.advance(entity, time.delta_secs_f64(), 0.0, None);
+                }
             }
-            plans.pass(time.delta_secs_f64(), clock.speed, &ways(entity, &space, &hands, &mut faults));
-            // The next engine goes on with what the tools did meanwhile.
-            if is_leaving { Ok(()) } else { plans.step(engine, material) }
-        });
-        match result {
-            Ok(()) => {}
-            Err(EngineError::Params(error)) => clay.plans.refuse(entity, error),
             Err(error) => {
-                error!("clay {entity} lost its engine: {error}");
-                clay.stopped = Some(error);
+                run.orders.iter_mut().for_each(|orders| orders.stands = true);
+                run.plans.refuse(entity, error);
             }
         }
+        drop(run);
+        clay.heed(entity);
     }
     for (entity, _, mut status, ..) in &mut tools {
         let error = faults.remove(&entity);
@@ -96,6 +114,39 @@ fn step(
             error.iter().for_each(|error| warn!("tool {entity} is left out: {error}"));
             status.error = error;
         }
+    }
+}
+
+/// What an app's frame brings to all clay.
+struct Look {
+    /// Seconds of the app's clock per second of wall time [-].
+    app_speed: f64,
+    /// The tool in an arm's hand.
+    in_hand: Option<u64>,
+    hands: Vec<HeldTool>,
+}
+
+impl Look {
+    /// Writes what a clay's plans come from, and where its tools were.
+    fn order(
+        &self,
+        entity: Entity,
+        run: &mut Run,
+        (policy, material, speed): (Policy, ClayMaterial, f64),
+        space: &ClaySpace,
+        faults: &mut Faults,
+    ) {
+        let written = haptics::clock::now();
+        let now = if run.is_driven { written } else { 0.0 };
+        let mut ways = ways(entity, space, &self.hands, now, faults);
+        let mut orders = Orders { policy, material, speed, stands: false, arm: None, written };
+        if run.is_driven {
+            drive::arm(&mut orders, self.app_speed);
+            let arm = ways.iter().position(|tool| Some(tool.key) == self.in_hand).map(|i| ways.remove(i));
+            orders.arm = arm.map(|arm| ArmOrders { key: arm.key, tool: arm.tool, space: *space });
+        }
+        run.orders = Some(orders);
+        run.plans.offer(ways);
     }
 }
 
@@ -136,7 +187,8 @@ fn held_tools(tools: &mut Query<Tools>, transforms: &TransformHelper, faults: &m
 }
 
 /// What the tools did since the last look as that clay sees it, without those that cannot be.
-fn ways(clay: Entity, space: &ClaySpace, hands: &[HeldTool], faults: &mut Faults) -> Vec<ToolSamples> {
+/// Its clock stands at `now` \[s\].
+fn ways(clay: Entity, space: &ClaySpace, hands: &[HeldTool], now: f64, faults: &mut Faults) -> Vec<ToolSamples> {
     let mut seen = vec![];
     for hand in hands.iter().filter(|hand| hand.touches(clay)) {
         let tool = Tool { shape: hand.tool.shape.scaled(hand.scale / space.scale()), ..hand.tool };
@@ -144,7 +196,7 @@ fn ways(clay: Entity, space: &ClaySpace, hands: &[HeldTool], faults: &mut Faults
             faults.insert(hand.entity, fault);
             continue;
         }
-        let samples = hand.way.iter().map(|&(ago, pose)| PoseSample { time: -ago, pose: space.pose_to_clay(pose) });
+        let samples = hand.way.iter().map(|&(ago, pose)| PoseSample { time: now - ago, pose: space.pose_to_clay(pose) });
         seen.push(ToolSamples { key: hand.entity.to_bits(), tool, samples: samples.collect() });
     }
     seen

@@ -7,6 +7,7 @@
 //! | [`material`]  | [`ClayMaterial`]     | its rows: names, units, ranges                                 |
 //! | [`panel`]     | settings             | the window that changes the clay                               |
 //! | [`status`]    | status, history      | the window that shows how it is doing                          |
+//! | `haptics`     | the hand's session   | the window of a tool in an arm's hand                          |
 //! | [`inspector`] | reflected components | every field of them, in a third window                         |
 //!
 //! [`ClayMaterial`]: crate::sim::material::ClayMaterial
@@ -24,6 +25,7 @@
 //!     .run();
 //! ```
 
+mod haptics;
 pub mod inspector;
 pub mod material;
 pub mod notice;
@@ -74,6 +76,6 @@ impl Plugin for ClayPanelPlugin {
             .add_observer(notice::trouble)
             .add_observer(notice::lost)
             .add_systems(Update, plots::record.after(ClaySystems::Report))
-            .add_systems(EguiPrimaryContextPass, (panel::window, status::window, inspector::window).chain());
+            .add_systems(EguiPrimaryContextPass, (panel::window, status::window, haptics::window, inspector::window).chain());
     }
 }

@@ -12,7 +12,7 @@ use egui_plot::{Line, Plot, PlotPoints};
 /// Processor time \[ms\] that clay may take of a frame.
 const MAIN_THREAD_MS_MAX: f64 = 2.0;
 /// Room between the window and the edge of the screen \[points\].
-const MARGIN: f32 = 8.0;
+pub(super) const MARGIN: f32 = 8.0;
 
 /// What the window reads.
 type Shown<'a> = (Entity, &'a ClayStatus, &'a ClayMetrics, &'a ClayClock);
@@ -53,7 +53,7 @@ pub(super) fn window(
 }
 
 /// A row of name and value.
-fn row(ui: &mut egui::Ui, name: &str, hover: &str, value: impl Into<egui::WidgetText>) {
+pub(super) fn row(ui: &mut egui::Ui, name: &str, hover: &str, value: impl Into<egui::WidgetText>) {
     ui.label(name).on_hover_text(hover);
     ui.add(egui::Label::new(value).wrap()).on_hover_text(hover);
     ui.end_row();

@@ -2,6 +2,7 @@
 
 mod clock;
 mod events;
+mod feel;
 mod gizmos;
 mod sources;
 mod tools;

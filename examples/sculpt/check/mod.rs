@@ -6,7 +6,9 @@
 //! | `run`     | counts, takes the picture, ends the run, checks it                  |
 //! | `strokes` | measures how soon strokes are answered and what they leave behind   |
 //! | `script`  | makes a stroke without a mouse                                      |
+//! | `arm`     | says how an arm's hand was served                                   |
 
+mod arm;
 mod run;
 mod script;
 mod strokes;
@@ -23,7 +25,8 @@ pub(crate) struct CheckArgs {
     /// when it ends.
     #[arg(long = "check")]
     pub(crate) is_on: bool,
-    /// Makes a stroke by itself, checks that it left a dent, and ends.
+    /// Makes a stroke by itself, checks that it left a dent, and ends. With an arm: ends when the simulated
+    /// hand has gone its way, and says how it was served.
     #[arg(long, group = "end", requires = "is_on")]
     script: bool,
     /// Ends after N frames of the window.
@@ -42,12 +45,18 @@ impl CheckArgs {
 }
 
 /// Checks the run.
-pub(crate) struct CheckPlugin(pub(crate) CheckArgs);
+pub(crate) struct CheckPlugin {
+    pub(crate) args: CheckArgs,
+    /// Whether an arm has a tool: its hand is the script then.
+    pub(crate) has_arm: bool,
+}
 
 impl Plugin for CheckPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(self.0.clone()).add_plugins((strokes::StrokesPlugin, run::RunPlugin));
-        if self.0.script {
+        app.insert_resource(self.args.clone()).add_plugins((strokes::StrokesPlugin, run::RunPlugin));
+        if self.has_arm {
+            app.add_plugins(arm::ArmCheckPlugin);
+        } else if self.args.script {
             app.add_plugins(script::ScriptPlugin);
         }
     }

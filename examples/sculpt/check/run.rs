@@ -1,5 +1,6 @@
 //! The run as a whole: frames, surfaces, its end, and whether all was well.
 
+use super::arm::Served;
 use super::strokes::Strokes;
 use super::{CheckArgs, say};
 use crate::say as lines;
@@ -72,12 +73,14 @@ fn keep_drawing(mut redraw: MessageWriter<RequestRedraw>) {
 /// Ends the run when the script or the frames do; takes the picture first.
 fn end(
     args: Res<CheckArgs>,
-    strokes: Res<Strokes>,
+    (strokes, served): (Res<Strokes>, Option<Res<Served>>),
     mut run: ResMut<Run>,
     mut commands: Commands,
     mut exit: MessageWriter<AppExit>,
 ) {
-    let is_over = (args.script && !strokes.outcomes.is_empty()) || args.frames.is_some_and(|frames| run.frames >= frames);
+    let is_served = served.is_some_and(|served| served.is_over);
+    let is_over =
+        is_served || (args.script && !strokes.outcomes.is_empty()) || args.frames.is_some_and(|frames| run.frames >= frames);
     if !is_over || run.is_closing {
         return;
     }
@@ -104,7 +107,7 @@ fn end(
 fn conclude(
     args: Res<CheckArgs>,
     clay: Single<(&ClayStatus, &ClayMetrics)>,
-    (run, strokes): (Res<Run>, Res<Strokes>),
+    (run, strokes, served): (Res<Run>, Res<Strokes>, Option<Res<Served>>),
     mut exit: MessageWriter<AppExit>,
 ) {
     let (status, metrics) = *clay;
@@ -126,7 +129,7 @@ fn conclude(
     if let Some(error) = &status.error {
         fail(&error.to_string());
     }
-    if args.script && strokes.outcomes.is_empty() {
+    if args.script && served.is_none() && strokes.outcomes.is_empty() {
         fail("the script's stroke did not end: more --frames are needed");
     }
     if args.script && strokes.outcomes.iter().any(|stroke| stroke.dent <= DENT_MIN) {

@@ -60,7 +60,8 @@ enum Aside {
 
 /// See the [module](self).
 pub struct Failover {
-    open: Arc<Open>,
+    /// None where the stand-in is all there is.
+    open: Option<Arc<Open>>,
     stand_in: Arc<Open>,
     retry: Retry,
     running: Option<Box<dyn RunningDevice>>,
@@ -79,6 +80,18 @@ impl Failover {
     /// # Errors
     /// No thread is to be had.
     pub fn start(open: Arc<Open>, stand_in: Arc<Open>, retry: Retry, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
+        Self::begin(Some(open), stand_in, retry, servo)
+    }
+
+    /// Starts with the stand-in, which is all there is: it is started anew when it is lost.
+    ///
+    /// # Errors
+    /// No thread is to be had.
+    pub fn alone(stand_in: Arc<Open>, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
+        Self::begin(None, stand_in, Retry::default(), servo)
+    }
+
+    fn begin(open: Option<Arc<Open>>, stand_in: Arc<Open>, retry: Retry, servo: Box<dyn Servo>) -> Result<Self, DeviceError> {
         let mut failover = Self {
             open,
             stand_in: stand_in.clone(),
@@ -141,8 +154,11 @@ impl Failover {
             let (stand_in, old) = (self.stand_in.clone(), self.running.take()?);
             (self.next, self.pause) = (now + self.retry.first, self.retry.first);
             self.move_to(move || to_stand_in(&stand_in, old.stop(), None))
-        } else if !self.is_device && self.running.is_some() && now >= self.next {
-            let open = self.open.clone();
+        } else if !self.is_device
+            && self.running.is_some()
+            && now >= self.next
+            && let Some(open) = self.open.clone()
+        {
             self.aside("haptic device: open", move || open()).map(|opening| self.aside = Some(Aside::Open(opening)))
         } else {
             return None;

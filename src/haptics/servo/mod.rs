@@ -123,6 +123,14 @@ impl ForceLoop {
         self.settings = settings;
     }
 
+    /// Forgets hand and clay: another hand, somewhere else. Settings stay.
+    pub fn forget(&mut self) {
+        self.coupled.forget();
+        self.spheres.forget();
+        (self.held, self.hand, self.last) = (HeldForce::default(), None, DVec3::ZERO);
+        (self.arrival, self.left) = (f64::NEG_INFINITY, (DVec3::ZERO, f64::NEG_INFINITY));
+    }
+
     /// A clay frame that has come. One of a paused clay is no news, and one that only renews what is known of
     /// clay at rest changes nothing but its age.
     pub fn receive(&mut self, model: &ContactModel) {
@@ -238,6 +246,16 @@ impl ClayServo {
     /// Samples that found no room so far.
     pub fn lost(&self) -> u64 {
         self.lost
+    }
+
+    /// Forgets hand and clay: see [`ForceLoop::forget`].
+    pub fn forget(&mut self) {
+        self.force.forget();
+    }
+
+    /// A force in the device's frame, in the world.
+    pub fn to_world(&self, force: DVec3) -> DVec3 {
+        self.force.settings.placement.rotation * force
     }
 
     /// A force in the world, in the device's frame.

@@ -2,6 +2,7 @@
 
 use super::super::Servo;
 use super::arm::SimulatedArm;
+use crate::haptics::priority;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
@@ -52,8 +53,12 @@ impl SimulatedArm {
     pub fn start(self, servo: Box<dyn Servo>) -> std::io::Result<RunningArm> {
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        let thread =
-            std::thread::Builder::new().name("simulated arm".into()).spawn(move || keep_time(self, servo, &of_thread))?;
+        let run = move || {
+            // Where it may not be raised it runs as it is: `priority::refusal` keeps why.
+            _ = priority::raise();
+            keep_time(self, servo, &of_thread)
+        };
+        let thread = std::thread::Builder::new().name("simulated arm".into()).spawn(run)?;
         Ok(RunningArm { shared, thread: Some(thread) })
     }
 }
