@@ -34,6 +34,9 @@ pub struct ContactModel {
     pub rotation: DQuat,
     /// Force of the clay on the tool, averaged over the frame \[N\].
     pub force: DVec3,
+    /// Whether the frame's steps were too few for what happened in it: its impulse is what the clay was given,
+    /// and says little of the force that is next.
+    pub is_poor: bool,
     /// Hand time that the frame took in \[s\]: the first and the last of the samples that the clay's tool has
     /// followed in it, by the clock of [`DeviceState`](super::device::DeviceState). Equal where no clay was
     /// run.
@@ -72,6 +75,7 @@ impl ContactModel {
         position: DVec3::ZERO,
         rotation: DQuat::IDENTITY,
         force: DVec3::ZERO,
+        is_poor: false,
         span: [0.0; 2],
         normal: DVec3::ZERO,
         gap: 0.0,
@@ -84,6 +88,11 @@ impl ContactModel {
         near_count: 0,
         near: [NearParticle { id: 0, position: [0.0; 3], radius: 0.0 }; NEAR_MAX],
     };
+
+    /// Force along the normal beyond which the clay gives way with the tool at `place` \[N\].
+    pub fn yield_at(&self, place: DVec3) -> f64 {
+        (self.yield_force + self.yield_slope * (self.position - place).dot(self.normal)).max(0.0)
+    }
 
     /// Particles near the tool, the nearest first.
     pub fn near(&self) -> &[NearParticle] {

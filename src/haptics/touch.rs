@@ -2,15 +2,22 @@
 //! did in the frames before.
 
 use super::model::{ContactModel, NEAR_MAX, NearParticle};
+use crate::sim::planner::RESIDUAL_MAX;
 use crate::sim::touch::ToolTouch;
 use glam::{DMat3, DVec3};
 
 /// Frames that a stiffness is fitted to.
 pub const FIT_FRAMES: usize = 8;
 
-/// Ways \[m\] at which what frames show counts as much as what the patch says: a device's steps are 55 um, and
-/// forces of clay waver by the unevenness of its particles over less than that.
+/// Ways \[m\] at which what frames show of a stiffness counts as much as what the patch says: a device's steps
+/// are 55 um, and clay comes back by no more.
 pub const FIT_WAY: f64 = 1e-4;
+
+/// The same of what a yield force grows by: forces of clay waver by the unevenness of its particles.
+pub const YIELD_WAY: f64 = 2e-4;
+
+/// What a frame counts of that after another one [-].
+pub const YIELD_DECAY: f64 = 0.8;
 
 /// Greatest stiffness [N/m] that is believed: beyond it no spring can be felt at 1 kHz (a stylus's bound at no
 /// delay is 20 kN/m).
@@ -35,23 +42,46 @@ pub struct FrameClock {
 #[derive(Clone, Debug, Default)]
 pub struct ContactModels {
     fit: StiffnessFit,
+    yields: YieldFit,
+    /// Of the last frame that was not poor and touched.
+    last: Option<ContactModel>,
 }
 
 impl ContactModels {
-    /// The model of a frame that ended with `touch`. Clay at rest has frames too, and a touch in each.
-    pub fn model(&mut self, touch: &ToolTouch, clock: &FrameClock) -> ContactModel {
-        let mut model = contact_model(touch);
+    /// The model of a frame that ended with `touch` and the forces out of balance `residual`
+    /// ([`FrameReport::residual`](crate::sim::frame::FrameReport::residual)). Clay at rest has frames too, and a
+    /// touch in each.
+    pub fn model(&mut self, touch: &ToolTouch, residual: f64, clock: &FrameClock) -> ContactModel {
+        let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
+        let mut model = ContactModel { frame, stamp, rate, span, is_resting, ..contact_model(touch) };
+        if let Some(last) = self.last.filter(|last| is_poor(last, &model, residual)) {
+            // What it yields at is what it would have been, and nothing is learnt of it.
+            let ContactModel { stiffness, yield_slope, .. } = last;
+            return ContactModel { is_poor: true, yield_force: last.yield_at(model.position), yield_slope, stiffness, ..model };
+        }
         if let Some(stiffness) = self.fit.stiffness(touch) {
             model.stiffness = stiffness;
         }
-        let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
-        ContactModel { frame, stamp, rate, span, is_resting, ..model }
+        model.yield_slope = self.yields.slope(touch);
+        self.last = (model.gap == 0.0 && model.normal != DVec3::ZERO).then_some(model);
+        model
     }
 
     /// Forgets all frames: other clay, another tool.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
+}
+
+/// Part of the force of the frame before [-] below which that of a poor frame is taken for its want of steps.
+const FALLEN: f64 = 0.7;
+
+/// Whether a frame that did not leave the clay lost its force to what it left out of balance, `residual` of
+/// it. Clay that the tool leaves is let go all the same, and force that rises is felt.
+fn is_poor(last: &ContactModel, model: &ContactModel, residual: f64) -> bool {
+    let goes_on = model.gap == 0.0 && (model.position - last.position).dot(model.normal) <= 0.0;
+    let [before, now] = [last, model].map(|m| m.force.dot(m.normal));
+    goes_on && residual * now > RESIDUAL_MAX * before && now < FALLEN * before
 }
 
 /// A touch about the mean place of its frame, where the mean force belongs.
@@ -82,14 +112,15 @@ fn contact_model(touch: &ToolTouch) -> ContactModel {
     }
 }
 
-/// Stiffness of a patch from where the tool was and what it felt in its last [`FIT_FRAMES`] frames:
+/// Stiffness of a patch from where the tool was and what it felt in its last [`FIT_FRAMES`] frames that told:
 /// the symmetric part of the least `sum |K d_i + f_i|^2 + FIT_WAY^2 |K - K_0|^2` over steps d_i, f_i between
 /// frames, `K = (FIT_WAY^2 K_0 - sum f_i d_i^T) (FIT_WAY^2 + sum d_i d_i^T)^-1`, with its eigenvalues clamped
-/// to 0 and [`STIFFNESS_CAP`]. Only what touches and holds tells: clay that yields has another slope.
+/// to 0 and [`STIFFNESS_CAP`]. Only what touches and holds, or comes out, tells: clay that yields has another
+/// slope.
 #[derive(Clone, Debug, Default)]
 struct StiffnessFit {
-    /// Place and force of the frame before, where that touched and held.
-    before: Option<(DVec3, DVec3)>,
+    /// Place and force of the frame before, where that touched, and whether it yielded.
+    before: Option<(DVec3, DVec3, bool)>,
     /// Steps from frame to frame, a ring.
     steps: [Option<(DVec3, DVec3)>; FIT_FRAMES - 1],
     next: usize,
@@ -98,14 +129,21 @@ struct StiffnessFit {
 impl StiffnessFit {
     /// The stiffness after another frame; none where no number of it is one.
     fn stiffness(&mut self, touch: &ToolTouch) -> Option<DMat3> {
-        let holds = touch.gap == 0.0 && touch.force.dot(touch.normal) > 0.0 && !touch.is_yielding;
-        let now = (holds && touch.force.is_finite()).then_some((touch.mean_position, touch.force));
-        let step = self.before.zip(now).map(|(before, now)| (now.0 - before.0, now.1 - before.1));
-        self.steps[self.next] = step;
-        self.next = (self.next + 1) % self.steps.len();
+        let touches = touch.gap == 0.0 && touch.force.dot(touch.normal) > 0.0 && touch.force.is_finite();
+        let now = touches.then_some((touch.mean_position, touch.force, touch.is_yielding));
+        let step = self.before.zip(now).and_then(|(before, now)| {
+            let way = now.0 - before.0;
+            // Clay that yielded comes back as a spring; what goes on into it does not.
+            let holds = !now.2 && (!before.2 || way.dot(touch.normal) > 0.0);
+            holds.then_some((way, now.1 - before.1))
+        });
         if touch.gap > 0.0 || touch.normal == DVec3::ZERO {
             // The next patch is another one.
             *self = Self::default();
+        }
+        if step.is_some() {
+            self.steps[self.next] = step;
+            self.next = (self.next + 1) % self.steps.len();
         }
         self.before = now;
         let weight = FIT_WAY * FIT_WAY;
@@ -117,6 +155,36 @@ impl StiffnessFit {
         let fitted = own * ways.inverse();
         let symmetric = (fitted + fitted.transpose()) * 0.5;
         symmetric.is_finite().then(|| clamped(symmetric, STIFFNESS_CAP))
+    }
+}
+
+/// What a patch's yield force grows by, from what frames showed: the least `sum (s d_i - f_i)^2 + YIELD_WAY^2
+/// (s - s_0)^2` over steps into the clay d_i and of the force along the normal f_i between frames that
+/// yielded, s_0 what the patch says. Growth by the tool's shape alone leaves out that clay goes down before it.
+#[derive(Clone, Debug, Default)]
+struct YieldFit {
+    before: Option<(DVec3, DVec3)>,
+    /// Of way times force \[N m\] and of way squared [m^2].
+    sums: [f64; 2],
+}
+
+impl YieldFit {
+    /// The growth after another frame [N/m].
+    fn slope(&mut self, touch: &ToolTouch) -> f64 {
+        let now = touch.is_yielding.then_some((touch.mean_position, touch.force));
+        let step = self.before.zip(now).map(|(before, now)| [before.0 - now.0, now.1 - before.1].map(|d| d.dot(touch.normal)));
+        if touch.gap > 0.0 || touch.normal == DVec3::ZERO {
+            // The next patch is another one.
+            *self = Self::default();
+        }
+        self.before = now;
+        // A tool that is held or comes out does not make the clay yield: noise.
+        if let Some([way, force]) = step.filter(|[way, _]| *way > 0.0) {
+            self.sums = [self.sums[0] * YIELD_DECAY + way * force, self.sums[1] * YIELD_DECAY + way * way];
+        }
+        let weight = YIELD_WAY * YIELD_WAY;
+        let [top, bottom] = [weight * touch.yield_slope + self.sums[0], weight + self.sums[1]];
+        (top / bottom).max(0.0)
     }
 }
 
@@ -190,16 +258,16 @@ mod tests {
         let said = DMat3::from_diagonal(DVec3::new(700.0, 500.0, 700.0));
         let run = |of: &dyn Fn(DVec3) -> ToolTouch, places: &mut dyn Iterator<Item = DVec3>| {
             let mut models = ContactModels::default();
-            places.map(|at| models.model(&of(at), &CLOCK)).last().expect("a model").stiffness
+            places.map(|at| models.model(&of(at), 0.0, &CLOCK)).last().expect("a model").stiffness
         };
         let moving = run(&|at| touch(truth, said, at), &mut places());
         near(moving, truth, 0.03);
         near(run(&|_| touch(truth, said, DVec3::X * 1e-3), &mut places()), said, 1e-12);
         near(run(&|at| ToolTouch { is_yielding: true, ..touch(truth, said, at) }, &mut places()), said, 1e-12);
         let mut models = ContactModels::default();
-        places().for_each(|at| _ = models.model(&touch(truth, said, at), &CLOCK));
+        places().for_each(|at| _ = models.model(&touch(truth, said, at), 0.0, &CLOCK));
         let away = ToolTouch { gap: 1e-3, force: DVec3::ZERO, ..touch(truth, said, DVec3::Y) };
-        near(models.model(&away, &CLOCK).stiffness, said, 1e-12);
+        near(models.model(&away, 0.0, &CLOCK).stiffness, said, 1e-12);
     }
 
     /// Eigenvalues below 0 and beyond the cap go to these, the axes stay.
@@ -213,10 +281,58 @@ mod tests {
         let (mut models, stiff) = (ContactModels::default(), DMat3::from_diagonal(DVec3::new(-400.0, 9e4, 500.0)));
         let last = places().map(|at| {
             let force = DVec3::Y * 100.0 - stiff * at;
-            models.model(&ToolTouch { force, ..touch(stiff, said, at) }, &CLOCK)
+            models.model(&ToolTouch { force, ..touch(stiff, said, at) }, 0.0, &CLOCK)
         });
         let found = last.last().expect("a model").stiffness;
         assert!(found.x_axis.x >= -1e-9 && found.y_axis.y <= STIFFNESS_CAP * (1.0 + 1e-12), "{found}");
+    }
+
+    /// A yield force that grows by another slope than the patch says is learnt while the tool goes in, and
+    /// kept while it is held.
+    #[test]
+    fn yield_slope_comes_from_what_frames_show() {
+        let at = |depth: f64| ToolTouch {
+            normal: DVec3::Y,
+            mean_position: DVec3::NEG_Y * depth,
+            force: DVec3::Y * (0.1 + 300.0 * depth),
+            is_yielding: true,
+            yield_slope: 700.0,
+            ..ToolTouch::default()
+        };
+        let mut models = ContactModels::default();
+        assert_eq!(models.model(&at(0.0), 0.0, &CLOCK).yield_slope, 700.0);
+        let slope = (1..8).map(|i| models.model(&at(4e-4 * f64::from(i)), 0.0, &CLOCK).yield_slope).last().expect("a model");
+        assert!((300.0..330.0).contains(&slope), "{slope}");
+        let held = models.model(&at(2.8e-3 - 1e-6), 0.0, &CLOCK).yield_slope;
+        assert!((held - slope).abs() < 1e-9, "{held}");
+        models.forget();
+        assert_eq!(models.model(&at(0.0), 0.0, &CLOCK).yield_slope, 700.0);
+    }
+
+    /// A frame whose force fell to what it left out of balance says nothing of the next; one that leaves the
+    /// clay, and one that is balanced, do.
+    #[test]
+    fn poor_frame_keeps_what_was_known() {
+        let patch = |force: f64, depth: f64| ToolTouch {
+            normal: DVec3::Y,
+            mean_position: DVec3::NEG_Y * depth,
+            force: DVec3::Y * force,
+            is_yielding: true,
+            yield_force: Some(force),
+            yield_slope: 100.0,
+            stiffness: DMat3::from_diagonal(DVec3::splat(900.0)),
+            ..ToolTouch::default()
+        };
+        let after = |force: f64, depth: f64, residual: f64| {
+            let mut models = ContactModels::default();
+            models.model(&patch(1.0, 1e-3), 0.1, &CLOCK);
+            models.model(&patch(force, depth), residual, &CLOCK)
+        };
+        let poor = after(0.2, 1.5e-3, 3.0);
+        assert!(poor.is_poor && (poor.yield_force - 1.05).abs() < 1e-12 && poor.force.y == 0.2, "{}", poor.yield_force);
+        for (force, depth, residual) in [(0.2, 1.5e-3, 0.1), (0.2, 0.9e-3, 3.0), (1.2, 1.5e-3, 3.0)] {
+            assert!(!after(force, depth, residual).is_poor, "{force} {depth} {residual}");
+        }
     }
 
     /// All is carried over, about the frame's mean place.
@@ -226,12 +342,12 @@ mod tests {
         touch.pose.position = DVec3::Y * 3e-3;
         (touch.gap, touch.friction, touch.fill, touch.yield_slope) = (2e-3, 0.3, 0.7, 40.0);
         touch.near = (0..300).map(|id| TouchParticle { id, position: DVec3::splat(0.5), radius: 1e-4 }).collect();
-        let model = ContactModels::default().model(&touch, &CLOCK);
+        let model = ContactModels::default().model(&touch, 0.0, &CLOCK);
         assert!((model.gap - 3e-3).abs() < 1e-15 && model.position == DVec3::Y * 4e-3, "{}", model.gap);
         assert_eq!((model.frame, model.stamp, model.span, model.rate), (3, 1.5, [1.0, 1.011], 1.0));
         assert_eq!((model.yield_force, model.yield_slope, model.friction, model.density), (2.0, 40.0, 0.3, 0.7));
         assert_eq!((model.near().len(), model.near()[255].id), (NEAR_MAX, 255));
         touch.yield_force = None;
-        assert_eq!(ContactModels::default().model(&touch, &CLOCK).yield_force, f64::INFINITY);
+        assert_eq!(ContactModels::default().model(&touch, 0.0, &CLOCK).yield_force, f64::INFINITY);
     }
 }

@@ -1,30 +1,32 @@
 //! What a tool meets at a frame's end: the numbers of first order that a force between two frames needs.
 //!
-//! Lengths are in cells unless said. A particle with the area `A_p` of [`area`] stands before the tool by the
-//! gap `g_p` of the law of [contact](super::penalty), `n_p` the tool's outward normal there. It touches if it
-//! clings by an anchor. With n out of the clay, `-sum A_p n_p` of unit length, `c_p = -n_p . n`, and `A(d)`
-//! the `sum A_p c_p` of what the tool would hold moved on against n by d:
+//! Lengths are in cells unless said. A particle stands before the tool by the gap `g_p` of the law of
+//! [contact](super::penalty), `n_p` the tool's outward normal there. It touches if it clings by an anchor.
+//! With n out of the clay, `-sum A_p n_p` of unit length, the particle's *way* `w_p` is how far the tool would
+//! go against n until it touches it, 0 where it does. `A(w)` is the [area](area_of) across n of the particles
+//! of ways up to w, g the least way of all:
 //!
-//! | number                | touching                               | before touch, by the gap g                  |
+//! | number                | touching                               | before touch                                |
 //! |-----------------------|----------------------------------------|---------------------------------------------|
-//! | area A                | `sum A_p c_p` of what touches          | `A(g + FIRST)`                              |
-//! | growth A'             | what of `A(BAND)` does not touch yet, over BAND | `(A(g + BAND) - A) / (BAND - FIRST)` |
+//! | area A                | `A(FIRST)`                             | `A(g + FIRST)`                              |
+//! | growth A'             | `(A(BAND) - A) / (BAND - FIRST)`       | `(A(g + BAND) - A) / (BAND - FIRST)`        |
 //! | stiffness             | `K_n = 2 E* sqrt(A / pi)`, `K_t = K_n 2 (1 - nu) / (2 - nu)` | the same              |
 //! | yield force F         | where the patch yields the force along n, else at least `(2 + pi) k A` | `(2 + pi) k (A - FIRST A')` |
-//! | its growth with depth | `(F / A) A'`                           | `(2 + pi) k A'`                             |
+//! | its growth with depth | `max(F / A, (2 + pi) k) A'`            | `(2 + pi) k A'`                             |
 //!
 //! `E* = E / (1 - nu^2)`: a rigid tool on an elastic half space, as if A were round (Sneddon 1965); K_t is
 //! Mindlin's of full stick (1949). `(2 + pi) k` is what a flat punch bears (Prandtl 1920). Clay that flows
 //! under a tool bears a pressure that stays while the patch grows: hence the growth. Before touch `F` goes
 //! back to the touch itself: of a ball, whose area grows from nothing, it is about 0, of a flat face all.
-//! A patch yields where the mean over A of its stress deviator over the yield surface's is [`YIELDING`].
+//! A patch yields where the mean over its particles of the stress deviator over the yield surface's is
+//! [`YIELDING`].
 
 use super::frame::{FramePlan, ToolReport};
 use super::material::ClayMaterial;
 use super::params::{BLOCK, Domain};
 use super::penalty::{STICK_FRICTION, area, reach};
 use super::tool::{Contact, Pose, ToolPath, ToolShape};
-use glam::{DMat3, DVec3, IVec3};
+use glam::{DMat3, DVec2, DVec3, IVec2, IVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -34,9 +36,8 @@ pub const NEAR_MAX: usize = 256;
 /// Gap \[cells\] up to which particles are looked at.
 pub const NEAR_REACH: f64 = 4.0;
 
-/// Depth \[cells\] over which an area grows: less than what full particles are apart, so that no layer counts
-/// that lies under another.
-const BAND: f64 = 0.4;
+/// Depth \[cells\] over which an area grows: less than a full particle's edge, so that it is of the near.
+const BAND: f64 = 1.0;
 
 /// Depth \[cells\] at which a tool counts as having come to the clay: what fills leave a face uneven by.
 const FIRST: f64 = 0.1;
@@ -206,7 +207,8 @@ impl<'a> Gather<'a> {
         touch.stiffness = along(patch.normal) * (normal - across) + DMat3::from_diagonal(DVec3::splat(across));
         let growth = patch.growth * cell;
         let mean = |of: &dyn Fn(&Seen) -> f64| {
-            let weights = self.found.iter().filter(|f| patch.holds(f)).map(|f| (f, patch.facing(f)));
+            let holds = |f: &&Found| if patch.touches { f.seen.touches } else { f.gap < patch.gap + BAND };
+            let weights = self.found.iter().filter(holds).map(|f| (f, f.area));
             let (sum, weight) = weights.fold((0.0, 0.0), |s, (f, w)| (s.0 + w * of(&f.seen), s.1 + w));
             if weight > 0.0 { sum / weight } else { 0.0 }
         };
@@ -223,7 +225,8 @@ impl<'a> Gather<'a> {
             false => bound * (touch.area - FIRST * cell * growth).max(0.0),
         };
         touch.yield_force = Some(force);
-        let pressure = if patch.touches && touch.area > 0.0 { force / touch.area } else { bound };
+        // A frame in which the tool came to the clay has a mean force that says little.
+        let pressure = if patch.touches { bound.max(force / touch.area) } else { bound };
         touch.yield_slope = pressure * growth;
     }
 
@@ -261,46 +264,93 @@ struct Patch {
     growth: f64,
 }
 
-impl Patch {
-    /// Whether a particle is of what touches, or of the first layer that will.
-    fn holds(&self, found: &Found) -> bool {
-        if self.touches { found.seen.touches } else { found.gap - self.gap < BAND }
+impl Gather<'_> {
+    /// None where no clay is near, none has a side, or the tool would meet none.
+    fn patch(&self) -> Option<Patch> {
+        let touches = self.found.iter().any(|f| f.seen.touches);
+        let first = self.found.first()?.gap;
+        // Before touch the nearer, the more: what lies by the side of a face comes in without a step.
+        let weight = |f: &Found| match touches {
+            true => f64::from(u8::from(f.seen.touches)) * f.area,
+            false => f.area * (BAND - f.gap + first).max(0.0),
+        };
+        let normal = self.found.iter().map(|f| -weight(f) * f.normal).sum::<DVec3>().try_normalize()?;
+        let ways: Vec<(f64, DVec3)> = self.found.iter().filter_map(|f| Some((self.way(f, normal)?, f.seen.position))).collect();
+        let gap = if touches { 0.0 } else { ways.iter().map(|w| w.0).reduce(f64::min)? };
+        let area_at = |depth| area_of(ways.iter().filter(|w| w.0 <= gap + depth).map(|w| w.1), normal);
+        let area = area_at(FIRST);
+        let growth = (area_at(BAND) - area).max(0.0) / (BAND - FIRST);
+        Some(Patch { touches, normal, gap, area, growth })
     }
 
-    /// The area that a particle has across the patch.
-    fn facing(&self, found: &Found) -> f64 {
-        found.area * (-found.normal.dot(self.normal)).max(0.0)
+    /// How far the tool goes against the normal until it touches a particle \[cells\], by steps of its distance;
+    /// none where it passes by or with its side, or is further off than what is looked at.
+    fn way(&self, found: &Found, normal: DVec3) -> Option<f64> {
+        if found.seen.touches {
+            return (-found.normal.dot(normal) > FACING).then_some(0.0);
+        }
+        let (on, reach) = (self.pose.rotation.conjugate() * normal, reach(found.seen.volume));
+        let mut way = 0.0;
+        for _ in 0..WAY_STEPS {
+            let there = found.local + on * way;
+            let gap = self.shape.distance(there) - reach;
+            if gap < WAY_ERROR {
+                return (-self.shape.normal(there).dot(on) > FACING).then_some(way);
+            }
+            way += gap;
+            if way > NEAR_REACH {
+                return None;
+            }
+        }
+        None
     }
 }
 
-impl Gather<'_> {
-    /// None where no clay is near, or none has a side.
-    fn patch(&self) -> Option<Patch> {
-        let first = self.found.first()?;
-        let touches = self.found.iter().any(|f| f.seen.touches);
-        let gap = if touches { 0.0 } else { first.gap.max(0.0) };
-        let patch = Patch { touches, normal: DVec3::ZERO, gap, area: 0.0, growth: 0.0 };
-        // The nearer, the more: what lies by the side of a face comes in without a step.
-        let weight = |f: &Found| if touches { f.area } else { f.area * (BAND - f.gap + gap) };
-        let sum: DVec3 = self.found.iter().filter(|f| patch.holds(f)).map(|f| -weight(f) * f.normal).sum();
-        let patch = Patch { normal: sum.try_normalize()?, ..patch };
-        let area = match touches {
-            true => self.found.iter().filter(|f| patch.holds(f)).map(|f| patch.facing(f)).sum(),
-            false => self.area_at(&patch, gap + FIRST),
-        };
-        let growth = match touches {
-            true => self.area_at(&patch, BAND) / BAND,
-            false => (self.area_at(&patch, gap + BAND) - area) / (BAND - FIRST),
-        };
-        Some(Patch { area, growth: growth.max(0.0), ..patch })
-    }
+/// Cosine [-] between a tool's face and the patch up to which clay by its side bears nothing: that of a cone of
+/// 14 degrees from its axis.
+const FACING: f64 = 0.25;
 
-    /// The area \[cells^2\] of what does not touch and would if the tool went on against the normal by `depth`.
-    fn area_at(&self, patch: &Patch, depth: f64) -> f64 {
-        let on = self.pose.rotation.conjugate() * (patch.normal * depth);
-        let comes = |f: &&Found| !f.seen.touches && f.gap < depth && self.shape.distance(f.local + on) < reach(f.seen.volume);
-        self.found.iter().filter(comes).map(|f| patch.facing(f)).sum()
+/// Steps to a way, at most: what is passed closely is found to be passed, or met so late that it is no part.
+const WAY_STEPS: u32 = 24;
+
+/// Error of a way \[cells\].
+const WAY_ERROR: f64 = 1e-3;
+
+/// How far [cells] particles of one patch are apart at most, over 2: full ones are half a cell apart, and
+/// pressed clay spreads.
+const APART: f64 = 0.6;
+
+/// Edge [cells] of the raster that areas are counted on, and how many of them a patch has across, at most.
+const RASTER: (f64, f64) = (0.125, 160.0);
+
+/// The area [cells^2] across `normal` of a patch of particles: of all that is within [`APART`] of one of them,
+/// less a rim such that the last ones stick out of it by half of what full particles are apart. What lies
+/// under another, or has spread, counts by the place that it takes.
+fn area_of(places: impl Iterator<Item = DVec3>, normal: DVec3) -> f64 {
+    let (x, y) = normal.any_orthonormal_pair();
+    let points: Vec<DVec2> = places.map(|p| DVec2::new(p.dot(x), p.dot(y))).collect();
+    let Some(low) = points.iter().copied().reduce(DVec2::min) else { return 0.0 };
+    let high = points.iter().copied().fold(low, DVec2::max);
+    let edge = RASTER.0.max((high - low).max_element() / RASTER.1);
+    let origin = low - APART - edge;
+    let size = ((high - low + 2.0 * (APART + edge)) / edge).ceil().as_ivec2() + 1;
+    let mut is_in = vec![false; (size.x * size.y) as usize];
+    let around = |radius: f64| {
+        let n = (radius / edge) as i32;
+        let all = (-n..=n).flat_map(move |j| (-n..=n).map(move |i| IVec2::new(i, j)));
+        all.filter(move |d| d.as_dvec2().length() * edge <= radius).collect::<Vec<_>>()
+    };
+    let at = |cell: IVec2| (cell.x + size.x * cell.y) as usize;
+    let grown = around(APART);
+    for point in &points {
+        let cell = ((point - origin) / edge).round().as_ivec2();
+        grown.iter().for_each(|d| is_in[at(cell + *d)] = true);
     }
+    let rim = around(APART - 0.25);
+    let inner = |cell: IVec2| rim.iter().all(|d| is_in[at(cell + *d)]);
+    let margin = (APART / edge) as i32;
+    let cells = (margin..size.y - margin).flat_map(|j| (margin..size.x - margin).map(move |i| IVec2::new(i, j)));
+    cells.filter(|cell| is_in[at(*cell)] && inner(*cell)).count() as f64 * edge * edge
 }
 
 fn along(n: DVec3) -> DMat3 {

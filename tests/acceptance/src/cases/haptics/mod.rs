@@ -1,14 +1,15 @@
 //! The force on a hand, in virtual time: arm, hand, servo and clay of known force, through the channels
 //! that an app uses. Nothing depends on the machine's clock but the times of `speed`.
-//!
-//! Clay of particles comes in where a run of it is a [`Rig`]'s clay; what the cases judge stays.
+//! `clay` is the same about an engine's clay.
 
+mod clay;
 mod curves;
 mod shapes;
 mod solver;
 mod stability;
 mod strokes;
 
+pub use clay::clay_strokes;
 pub use curves::{Curve, curves};
 pub use shapes::closed_forms;
 pub use solver::{exactness, times};

@@ -25,7 +25,7 @@ fn to_end(rig: &Rig) -> Run {
 }
 
 /// The worst of each figure.
-fn worst(runs: &[Fidelity]) -> Fidelity {
+pub(super) fn worst(runs: &[Fidelity]) -> Fidelity {
     let greatest = |of: fn(&Fidelity) -> f64| runs.iter().map(of).fold(0.0, f64::max);
     Fidelity {
         correlation: runs.iter().map(|f| f.correlation).fold(f64::INFINITY, f64::min),
