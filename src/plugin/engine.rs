@@ -6,7 +6,6 @@ use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, EngineChoice};
 use super::entity;
 use super::events::ClayReady;
-use super::feel::Armed;
 use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
@@ -353,6 +352,10 @@ impl Plugin for EnginePlugin {
 fn end(gone: On<Remove, Clay>, mut commands: Commands) {
     commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart, ClayStatus, ClayMetrics)>();
 }
+
+/// Clay that an arm touches: it runs on the processor.
+#[derive(Component)]
+pub(super) struct Armed;
 
 /// Clay that should have an engine.
 type Wanted<'a> = (Entity, &'a Base, &'a ClaySettings, &'a mut EngineStart, Option<&'a mut ClayEngine>, Has<Armed>);

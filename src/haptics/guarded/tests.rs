@@ -108,7 +108,8 @@ fn hand_gets_what_the_stages_leave_and_samples_say_so() {
     assert_eq!(samples, 1020);
 }
 
-/// Off, force is gone within 20 ms and stays so; on, it comes back; after a restart it goes and comes by itself.
+/// Off, force is gone within 20 ms and stays so; on, it comes back; after a restart it goes and comes by
+/// itself.
 #[test]
 fn force_goes_when_asked_and_comes_back_slowly() {
     let mut bench = Bench::new(ServoSettings::default());
@@ -127,8 +128,8 @@ fn force_goes_when_asked_and_comes_back_slowly() {
     assert!((bench.hold(DEEP, 900).y - full).abs() < 0.02 * full);
 }
 
-/// While the clutch is held the tool stands and the hand feels nothing; let go of, the tool goes on from where it
-/// stood, without a jump.
+/// While the clutch is held the tool stands and the hand feels nothing; let go of, the tool goes on from
+/// where it stood, without a jump.
 #[test]
 fn clutch_lets_the_hand_go_without_the_tool() {
     let mut bench = Bench::new(ServoSettings::default());
