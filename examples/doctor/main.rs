@@ -1,11 +1,12 @@
 //! Looks after a 3D Systems Touch, from the cable to the loop: `cargo run --no-default-features --example
-//! doctor [-- --library FILE --seconds N --move]`.
+//! doctor [-- --library FILE --seconds N --move --play FILE]`.
 //!
 //! It says what is there and what is not, with what helps, and moves nothing unless it is asked to. Exit
 //! code 0 if a force loop would run, 1 if not.
 
 use bevy_clay::haptics::device::hd::library::{HdLibrary, candidates, dependencies, load};
 use bevy_clay::haptics::device::touch::{Calibration, Touch, TouchOptions};
+use bevy_clay::haptics::device::trace::{ForcePlayback, Trace};
 use bevy_clay::haptics::device::usb;
 use bevy_clay::haptics::device::{DeviceInfo, DevicePhase, DeviceState, HapticDevice, RunningDevice, Servo};
 use bevy_clay::haptics::safety::{SafetyChain, SafetySettings};
@@ -28,6 +29,9 @@ struct Args {
     /// Pushes the stylus gently up and down, with .3 N: hold it.
     #[arg(long = "move")]
     has_force: bool,
+    /// Pushes as a recording says (force.csv of a scene with a hand), all of it, behind the stages of safety.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["has_force", "seconds"])]
+    play: Option<PathBuf>,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -46,9 +50,20 @@ fn say(what: &str, how: impl std::fmt::Display) {
 
 fn main() -> ExitCode {
     let args = Args::parse();
+    let trace = match args.play.as_deref().map(Trace::read).transpose() {
+        Ok(trace) => trace,
+        Err(error) => {
+            say("recording", error);
+            return ExitCode::FAILURE;
+        }
+    };
     say_usb();
     let Some(library) = say_library(args.library.as_deref()) else { return ExitCode::FAILURE };
-    let options = TouchOptions { library: Some(library.name.into()), has_force: args.has_force, ..TouchOptions::default() };
+    let options = TouchOptions {
+        library: Some(library.name.into()),
+        has_force: args.has_force || trace.is_some(),
+        ..TouchOptions::default()
+    };
     let touch = match Touch::open(options) {
         Ok(touch) => touch,
         Err(error) => {
@@ -57,7 +72,7 @@ fn main() -> ExitCode {
         }
     };
     say_device(&touch);
-    let is_well = run(touch, &args);
+    let is_well = run(touch, &args, trace);
     say("verdict", if is_well { "a force loop would run" } else { "a force loop would not run: see above" });
     if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
@@ -116,29 +131,49 @@ fn say_device(touch: &Touch) {
     );
 }
 
-/// Measures ticks, and pushes if it may.
+/// What is pushed.
+enum Push {
+    Nothing,
+    /// Gently up and down, since so many seconds.
+    Wave(f64),
+    Recording(ForcePlayback),
+}
+
+/// Measures ticks, and pushes behind the stages of safety.
 struct Meter {
     ticks: rtrb::Producer<f64>,
-    chain: Option<SafetyChain>,
-    time: f64,
+    chain: SafetyChain,
+    push: Push,
 }
 
 impl Servo for Meter {
     fn tick(&mut self, state: &DeviceState, dt: f64) -> DVec3 {
         // The ring is read while the loop runs; a tick that finds it full is not measured.
         _ = self.ticks.push(dt);
-        self.time += dt;
-        let wave = FORCE * (std::f64::consts::TAU * FREQUENCY * self.time).sin();
-        self.chain.as_mut().map_or(DVec3::ZERO, |chain| chain.apply(DVec3::Y * wave, 0.0, state, dt))
+        let force = match &mut self.push {
+            Push::Nothing => return DVec3::ZERO,
+            Push::Wave(time) => {
+                *time += dt;
+                DVec3::Y * FORCE * (std::f64::consts::TAU * FREQUENCY * *time).sin()
+            }
+            Push::Recording(playback) => playback.tick(state, dt),
+        };
+        self.chain.apply(force, 0.0, state, dt)
     }
 }
 
 /// Runs the loop and says how it went; whether it did.
-fn run(touch: Touch, args: &Args) -> bool {
+fn run(touch: Touch, args: &Args, trace: Option<Trace>) -> bool {
     let info = touch.info().clone();
     let (ticks, mut measured) = rtrb::RingBuffer::new(8192);
-    let chain = args.has_force.then(|| SafetyChain::new(SafetySettings::default(), &info));
-    let mut running = match Box::new(touch).run(Box::new(Meter { ticks, chain, time: 0.0 })) {
+    let chain = SafetyChain::new(SafetySettings::default(), &info);
+    let seconds = trace.as_ref().map_or(args.seconds, Trace::duration);
+    let push = match trace {
+        Some(trace) => Push::Recording(ForcePlayback::new(trace)),
+        None if args.has_force => Push::Wave(0.0),
+        None => Push::Nothing,
+    };
+    let mut running = match Box::new(touch).run(Box::new(Meter { ticks, chain, push })) {
         Ok(running) => running,
         Err(not) => {
             say("loop", not.error);
@@ -148,7 +183,7 @@ fn run(touch: Touch, args: &Args) -> bool {
     let (mut spans, mut low, mut high) = (vec![], DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut has_fault = false;
     let start = Instant::now();
-    while start.elapsed().as_secs_f64() < args.seconds && running.phase() == DevicePhase::Running {
+    while start.elapsed().as_secs_f64() < seconds && running.phase() == DevicePhase::Running {
         std::thread::sleep(Duration::from_millis(10));
         spans.extend(std::iter::from_fn(|| measured.pop().ok()));
         has_fault |= say_events(running.as_mut());

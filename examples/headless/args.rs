@@ -13,6 +13,8 @@ pub(crate) const AFTER_HELP: &str = "\
 Files in DIR (lengths in a scene are metres, times seconds):
   summary.json   the run at a glance: version, frames, exit status, health, faults; units stand in the names
   metrics.csv    a line per frame; units stand in the header
+  force.csv      of a scene whose tool a hand leads (`hand: Stylus`): the arm, a line per tick, to be played again on
+                 an arm; metres, seconds, newtons
   surface.stl    the surface of the last frame, or what the scene's `outputs.surface` names:
                  .stl, .ply, .obj, .3mf in millimetres, .glb in metres
   particles.ply  the particles of the last frame: positions in millimetres, velocities in m/s

@@ -8,7 +8,7 @@
 //! |-------------|--------------------------|---------------------------------------------------------|
 //! | `args`      | command line             | scene file, folder, frames, pictures                    |
 //! | `places`    | scene, folder            | the files of this run, each known to be writable        |
-//! | `run`       | built scene              | engine at the run's end, why it ended                   |
+//! | `run`       | built scene              | engine at the run's end, why it ended, what a hand felt |
 //! | `record`    | plans, reports           | a recording (`--record`)                                |
 //! | `replay`    | a recording (`--replay`) | the run again, without scene and files                  |
 //! | `tally`     | frame reports            | `metrics.csv`, sums and extremes, checks                |

@@ -37,6 +37,7 @@ pub(crate) struct Places {
     pub(crate) surface: Option<PathBuf>,
     pub(crate) particles: Option<PathBuf>,
     pub(crate) metrics: Option<PathBuf>,
+    pub(crate) force: Option<PathBuf>,
     pub(crate) summary: PathBuf,
     pictures: Vec<PathBuf>,
     /// Folders made for them, the innermost first.
@@ -58,6 +59,7 @@ impl Places {
             surface: outputs.surface.as_ref().map(|name| folder.join(name)),
             particles: outputs.particles.then(|| folder.join(PARTICLES)),
             metrics: outputs.metrics.then(|| folder.join("metrics.csv")),
+            force: built.scene.hand().map(|_| folder.join("force.csv")),
             summary: folder.join("summary.json"),
             pictures: pictured.into_iter().map(|frame| picture(&folder, frame)).collect(),
             made: missing.map(Path::to_path_buf).collect(),
@@ -90,7 +92,7 @@ impl Places {
         let apart = self.surface.as_deref().filter(|_| built.scene.outputs.export.bodies == BodyFiles::Apart);
         // Of bodies in files of their own the first stands for all: how many there will be is not known.
         let surface = apart.map(|path| numbered(path, 1)).or_else(|| self.surface.clone());
-        let files = [surface, self.particles.clone(), self.metrics.clone(), Some(self.summary.clone())];
+        let files = [surface, self.particles.clone(), self.metrics.clone(), self.force.clone(), Some(self.summary.clone())];
         let files: Vec<PathBuf> = files.into_iter().flatten().chain(self.pictures.iter().cloned()).collect();
         let taken: Vec<_> = files.iter().map(|file| (file, places_of(file))).collect();
         let parts = apart.map(place_of);

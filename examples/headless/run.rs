@@ -36,13 +36,15 @@ pub(crate) struct Run {
     pub(crate) moments: Vec<pictures::Moment>,
     pub(crate) end: End,
     pub(crate) record: Record,
+    /// The hand that leads a tool, where one does.
+    pub(crate) hand: Option<SceneHand>,
 }
 
 impl Run {
     pub(crate) fn new(built: &BuiltScene, args: &Args, record: Record) -> Self {
         let (frames, pictured) = (args.frames_of(built), args.pictured(built));
         let (tally, last) = (Tally::new(), FrameReport::default());
-        Self { frames, pictured, tally, last, moments: vec![], end: End::Running, record }
+        Self { frames, pictured, tally, last, moments: vec![], end: End::Running, record, hand: SceneHand::of(built) }
     }
 
     /// Runs the frames, to the last of them or to where something ends the run.
@@ -56,7 +58,11 @@ impl Run {
                 self.end = End::Interrupted;
                 break;
             }
-            let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
+            let next = match &mut self.hand {
+                Some(hand) => hand.next(built, frame, &mut planner),
+                None => built.next(frame, &mut planner),
+            };
+            let Decision::Run(plan) = next else { continue };
             let report = self.record.submit(engine, &plan).and_then(|()| engine.wait());
             planner.sent();
             match report {
@@ -68,6 +74,7 @@ impl Run {
             }
             self.record.report(&self.last);
             planner.note(&mut self.last);
+            self.hand.iter_mut().for_each(|hand| hand.note(&self.last));
             self.tally.add(&self.last, cell_width);
             if self.last.health.contains(Health::GIVEN_UP) {
                 self.end = End::Stopped(stopped(built, &plan, &self.last, &self.last.health.to_string()));

@@ -72,6 +72,12 @@ impl<'a> Results<'a> {
         if let Some(path) = &self.places.metrics {
             self.wrote(write_text(path, &run.tally.metrics));
         }
+        if let (Some(path), Some(hand)) = (&self.places.force, &run.hand) {
+            let mut text = vec![];
+            // Writing into memory does not fail.
+            let _ = hand.write_trace(&mut text);
+            self.wrote(write_text(path, &String::from_utf8_lossy(&text)));
+        }
         match engine.save() {
             Ok(clay) => self.clay = Some(clay),
             Err(error) => self.fault(format!("no particles: {error}")),
@@ -212,7 +218,7 @@ impl<'a> Results<'a> {
             "cell_width_m": clay.domain.cell_width, "simulated_s": clay.time, "substeps": tally.steps, "frames_redone": tally.redone,
             "wall_s": self.began.elapsed().as_secs_f64(), "engine_s": tally.engine_seconds, "health": tally.health.to_string(),
             "J": [tally.ratio.0, tally.ratio.1], "balance_error_max": tally.balance_max, "mass_error_max": tally.mass_error_max,
-            "rest_volume_m3": clay.rest_volume(), "volume_m3": run.volume(clay), "tools": forces, "surface": self.surface,
+            "rest_volume_m3": clay.rest_volume(), "volume_m3": run.volume(clay), "tools": forces, "hand_force_max_N": run.hand.as_ref().map(SceneHand::force_max), "surface": self.surface,
             "faults": self.faults, "warnings": self.built.warnings,
         })
     }

@@ -25,6 +25,7 @@ pub mod reference;
 pub mod safety;
 pub mod servo;
 pub mod touch;
+pub mod virtual_hand;
 pub mod virtual_loop;
 
 /// Tests that nothing is allocated in a tick end where something is.

@@ -2,16 +2,14 @@
 //! every machine.
 
 use super::arm_tool::ArmTool;
-use super::device::Servo;
-use super::device::simulated::SimulatedArm;
 use super::model::ContactModel;
-use super::servo::{ClayServoEnds, ServoSample};
+use super::servo::ServoSample;
+use super::virtual_hand::VirtualHand;
 use crate::sim::engine::{Engine, EngineError};
 use crate::sim::frame::FrameReport;
 use crate::sim::material::ClayMaterial;
 use crate::sim::planner::{Decision, Planner, ToolSamples};
 use crate::sim::tool::{Pose, PoseSample, Tool};
-use std::collections::VecDeque;
 
 /// The arm's tool among those of the planner.
 const KEY: u64 = 0;
@@ -36,12 +34,8 @@ impl Default for LoopClock {
 
 /// The parts of a loop.
 pub struct VirtualLoop {
-    /// Arm and hand.
-    pub arm: SimulatedArm,
-    /// What the arm runs.
-    pub servo: Box<dyn Servo>,
-    /// The ends of its channels.
-    pub ends: ClayServoEnds,
+    /// Arm, hand and servo.
+    pub hand: VirtualHand,
     /// What the clay's tool is.
     pub tool: Tool,
     /// Plans the frames; its policy has to ask for [touches](crate::sim::frame::FrameOutputs::touch).
@@ -53,7 +47,6 @@ pub struct VirtualLoop {
     clock: LoopClock,
     arm_tool: ArmTool,
     frames: u64,
-    arriving: VecDeque<(f64, ContactModel)>,
 }
 
 /// A frame of a loop.
@@ -70,14 +63,12 @@ pub struct LoopFrame {
 impl VirtualLoop {
     /// A loop before its first frame. The clay's frame is the world's.
     pub fn new(
-        arm: SimulatedArm,
-        (servo, ends): (Box<dyn Servo>, ClayServoEnds),
+        hand: VirtualHand,
         tool: Tool,
         (planner, engine, material): (Planner, Box<dyn Engine>, ClayMaterial),
         clock: LoopClock,
     ) -> Self {
-        let (arm_tool, arriving) = (ArmTool::default(), VecDeque::new());
-        Self { arm, servo, ends, tool, planner, engine, material, clock, arm_tool, frames: 0, arriving }
+        Self { hand, tool, planner, engine, material, clock, arm_tool: ArmTool::default(), frames: 0 }
     }
 
     /// Runs arm and servo for the time of a frame, then the clay for what they did.
@@ -87,7 +78,8 @@ impl VirtualLoop {
     pub fn frame(&mut self) -> Result<LoopFrame, EngineError> {
         self.frames += 1;
         let end = self.frames as f64 / self.clock.rate;
-        let samples = self.feel(end);
+        let samples = self.hand.feel(end).samples;
+        samples.iter().for_each(|s| self.arm_tool.push(s.time, Pose { position: s.tool, rotation: s.rotation }));
         let way = self.arm_tool.way();
         let tools = way.iter().map(|way| {
             let on_clock = |s: &PoseSample| PoseSample { time: s.time * self.clock.speed, ..*s };
@@ -107,23 +99,9 @@ impl VirtualLoop {
         self.planner.note(&mut report);
         let known = end + self.clock.latency;
         let model = id.and_then(|id| self.arm_tool.note(&report, id, known));
-        self.arriving.extend(model.map(|model| (known, model)));
-        Ok(LoopFrame { samples, report: Some(report), model })
-    }
-
-    /// Runs the arm until `end` \[s\] and hands the servo what comes meanwhile.
-    fn feel(&mut self, end: f64) -> Vec<ServoSample> {
-        let mut samples = vec![];
-        while self.arm.time() < end {
-            while let Some((_, model)) = self.arriving.pop_front_if(|(at, _)| *at <= self.arm.time()) {
-                self.ends.models.write(model);
-            }
-            self.arm.advance(&mut *self.servo);
-            while let Ok(sample) = self.ends.samples.pop() {
-                self.arm_tool.push(sample.time, Pose { position: sample.tool, rotation: sample.rotation });
-                samples.push(sample);
-            }
+        if let Some(model) = model {
+            self.hand.expect(known, model);
         }
-        samples
+        Ok(LoopFrame { samples, report: Some(report), model })
     }
 }

@@ -7,6 +7,7 @@ use super::import::ImportedMesh;
 use super::line::{named, short};
 use super::solid::{MeshSolid, Solid};
 use super::stamp::FileStamp;
+use crate::sim::frame::FrameOutputs;
 use crate::sim::params::{CELLS_MAX, Domain, LENGTH, PADDING, ParamsError};
 use crate::sim::planner::{Decision, Planner, Policy, StepLimits};
 use crate::sim::snapshot::{Particle, Snapshot};
@@ -65,15 +66,20 @@ impl BuiltScene {
     pub fn planner(&self) -> Planner {
         let ClayScene { integrator, accuracy, inertia, gravity, time_step, .. } = self.scene;
         let mut planner = Planner::new(&self.snapshot);
-        planner.policy = Policy { gravity, integrator, accuracy, inertia, time_step, ..Policy::default() };
+        let outputs = FrameOutputs { touch: self.scene.hand().is_some(), ..FrameOutputs::default() };
+        planner.policy = Policy { gravity, integrator, accuracy, inertia, time_step, outputs, ..Policy::default() };
         planner
+    }
+
+    /// When frame `index`, from 0, begins and ends \[s\].
+    pub fn frame_span(&self, index: u64) -> [f64; 2] {
+        [index, index + 1].map(|index| index as f64 * self.scene.frame_time)
     }
 
     /// The next step of frame `index`, from 0.
     pub fn next(&self, index: u64, planner: &mut Planner) -> Decision {
-        let frame_time = self.scene.frame_time;
-        let start = index as f64 * frame_time;
-        planner.frame(&self.snapshot.material, frame_time, &self.tool_paths(start, start + frame_time))
+        let [start, end] = self.frame_span(index);
+        planner.frame(&self.snapshot.material, self.scene.frame_time, &self.tool_paths(start, end))
     }
 
     /// Refuses frames that would need more substeps than one may have, as far as that is known before the

@@ -21,6 +21,7 @@ use super::check::{
 use super::clay;
 use super::error::SceneError;
 use super::export::{ExportFormat, ExportOptions, PARTICLES};
+use super::hand::Grip;
 use super::line::named;
 use super::stamp::FileStamp;
 use super::text::{from_ron, read_text};
@@ -224,6 +225,11 @@ pub struct ClayScene {
 }
 
 impl ClayScene {
+    /// The tool that a hand leads: its index, itself, how the arm is held.
+    pub fn hand(&self) -> Option<(usize, &ToolTrack, Grip)> {
+        self.tools.iter().enumerate().find_map(|(index, track)| Some((index, track, track.hand?)))
+    }
+
     fn unnamed() -> String {
         "scene".into()
     }
@@ -364,6 +370,10 @@ impl ClayScene {
             return Err(ParamsError::new("tools", self.tools.len(), "must be at most 239"));
         }
         self.tools.iter().try_for_each(Check::check)?;
+        let hands = self.tools.iter().filter(|track| track.hand.is_some()).count();
+        if hands > 1 {
+            return Err(ParamsError::new("tools.hand", hands, "must be that of one tool at most: there is one arm"));
+        }
         check_number("frame_time", self.frame_time)?;
         check_number("duration", self.duration)?;
         self.time_step.map_or(Ok(()), |step| check_number("time_step", step))?;

@@ -18,6 +18,7 @@
 //! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
 //! | [`fill`]    | solids                  | particles whose volumes sum up to the solids'              |
 //! | [`build`]   | scene                   | snapshot, warnings, frame plans                            |
+//! | [`hand`]    | scene, frame reports    | a tool led by an arm, what its hand felt                   |
 //! | [`resample`]| snapshot, cell width    | the same clay on another grid                              |
 //! | [`pieces`]  | snapshot                | which particles hold together; the clay without offcuts    |
 //! | [`history`] | snapshots, by strokes   | those before, undone and redone to the bit                 |
@@ -32,6 +33,7 @@ pub mod error;
 pub mod export;
 pub mod file;
 pub mod fill;
+pub mod hand;
 pub mod history;
 pub mod import;
 pub mod line;
@@ -54,6 +56,7 @@ pub mod prelude {
     };
     pub use super::file::{Body, ClayScene, MaterialChoice, MeshBody, Outputs, Room};
     pub use super::fill::FillReport;
+    pub use super::hand::{Grip, SceneHand};
     pub use super::history::{History, HistoryError};
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;

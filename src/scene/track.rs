@@ -1,6 +1,7 @@
 //! Tools on keyframes.
 
 use super::check::{Check, check_place};
+use super::hand::Grip;
 use super::line::short;
 use crate::sim::params::{Bounds, ParamsError, SPEED, TIME};
 use crate::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
@@ -84,6 +85,10 @@ pub struct ToolTrack {
     pub contact: Contact,
     /// Poses in strict order of time. Between them position is linear and rotation takes the shorter way.
     pub keyframes: Vec<Keyframe>,
+    /// Whose hand leads it by a simulated haptic arm: it means to go where the keyframes say, and goes where
+    /// the clay's force lets it. Without one the tool is there.
+    #[serde(default)]
+    pub hand: Option<Grip>,
 }
 
 impl Check for ToolTrack {
@@ -100,6 +105,13 @@ impl Check for ToolTrack {
         if let Some(pair) = self.keyframes.windows(2).find(|pair| pair[1].time - pair[0].time <= SAME_TIME) {
             let reason = format!("must be later than the keyframe before, at {} s", pair[0].time);
             return Err(ParamsError::new("keyframes.time", pair[1].time, reason));
+        }
+        let turn = |frame: &Keyframe| frame.rotation.quaternion();
+        if self.hand.is_some()
+            && let Some(other) = self.keyframes.iter().find(|frame| turn(frame) != turn(&self.keyframes[0]))
+        {
+            let reason = "must be that of the first keyframe: a simulated arm does not turn its tool";
+            return Err(ParamsError::new("keyframes.rotation", format!("{:?}", other.rotation), reason));
         }
         SPEED.check("keyframes.speed", self.speed_max())
     }
@@ -182,7 +194,7 @@ mod tests {
                 rotation: AxisAngle { axis: DVec3::Z * 3.0, degrees: 90.0 * time },
             })
             .collect();
-        ToolTrack { name: "t".into(), shape: ToolShape::Sphere { radius: 0.1 }, contact: Contact::Stick, keyframes }
+        ToolTrack { name: "t".into(), shape: ToolShape::Sphere { radius: 0.1 }, contact: Contact::Stick, keyframes, hand: None }
     }
 
     /// At every time of every frame the path is where the keyframes say.

@@ -2,6 +2,7 @@
 //! full, a scene is bad, a run fails midway or is interrupted, and that its results are kept.
 #![cfg(unix)]
 
+mod hand;
 mod input;
 mod places;
 mod replay;

@@ -14,11 +14,11 @@ const PRESSED: &str = "clay: [Box(size: (0.01, 0.01, 0.01))], cell_width: 0.005,
     keyframes: [(time: 0.01, position: (0, 0.0105, 0)), (time: 0.03, position: (0, 0.0085, 0))])]";
 
 /// `headless SCENE --out out --record run.clayrun`.
-fn recorded(desk: &Desk, scene: &str) -> Ran {
+pub(crate) fn recorded(desk: &Desk, scene: &str) -> Ran {
     Ran::of(desk.command(scene).args(["--record", "run.clayrun"]))
 }
 
-fn replay(desk: &Desk) -> Ran {
+pub(crate) fn replay(desk: &Desk) -> Ran {
     Ran::of(Command::new(&*HEADLESS).current_dir(desk.0.path()).args(["--replay", "run.clayrun"]))
 }
 

@@ -139,6 +139,11 @@ impl Trace {
         if tick == 0 { 1.0 / self.info.rate } else { time(tick) - time(tick - 1) }
     }
 
+    /// From its first tick to its last \[s\].
+    pub fn duration(&self) -> f64 {
+        self.ticks.first().zip(self.ticks.last()).map_or(0.0, |(first, last)| last.state.time - first.state.time)
+    }
+
     /// Plays all of it to a servo in virtual time: what it asks for, tick by tick \[N\].
     pub fn play(&self, servo: &mut dyn Servo) -> Vec<DVec3> {
         servo.begin(&self.info);

@@ -4,10 +4,10 @@
 use super::OPEN;
 use crate::lab::{Size, engine};
 use crate::report::Row;
-use bevy_clay::haptics::device::Servo;
 use bevy_clay::haptics::device::simulated::{ArmSettings, HandPath, Operator, SimulatedArm};
 use bevy_clay::haptics::reference::rig::{Fidelity, Run, Tick};
 use bevy_clay::haptics::servo::{ClayServo, ServoSample, ServoSettings};
+use bevy_clay::haptics::virtual_hand::VirtualHand;
 use bevy_clay::haptics::virtual_loop::{LoopClock, LoopFrame, VirtualLoop};
 use bevy_clay::sim::planner::StepAccuracy;
 use bevy_clay::sim::prelude::*;
@@ -88,12 +88,11 @@ impl HandStroke {
         engine.load(&clay).expect("the clay loads");
         let mut planner = Planner::new(&clay);
         planner.policy = policy(true, StepAccuracy::Interactive);
-        let servo: Box<dyn Servo> = Box::new(servo);
         let parts = (planner, engine, clay.material);
         let mut felt = Felt { samples: vec![], frames: vec![] };
-        let mut run = VirtualLoop::new(arm, (servo, ends), ball(), parts, LoopClock::default());
+        let mut run = VirtualLoop::new(VirtualHand::new(arm, Box::new(servo), ends), ball(), parts, LoopClock::default());
         let end = self.path().duration() + WAIT;
-        while run.arm.time() < end {
+        while run.hand.arm.time() < end {
             let frame = run.frame().expect("the engine runs");
             felt.samples.extend(&frame.samples);
             felt.frames.push(frame);
@@ -177,18 +176,26 @@ pub fn clay_strokes(size: Size) -> Vec<Row> {
         .flat_map(|speed| offsets.iter().map(|offset| HandStroke { speed: *speed, depth: DEPTH, offset: *offset }))
         .collect();
     let felt: Vec<Felt> = strokes.par_iter().map(HandStroke::feel).collect();
-    let against = |cell: f64| -> Vec<Run> {
-        strokes.par_iter().zip(&felt).map(|(stroke, felt)| felt.against(&stroke.truth(felt, cell))).collect()
+    let places = offsets.len();
+    // Clay of half the cells is eight times as dear: one place of the grid, in full size.
+    let against = |cell: f64, every: usize| -> Vec<Run> {
+        let chosen = strokes.par_iter().zip(&felt).step_by(every);
+        chosen.map(|(stroke, felt)| felt.against(&stroke.truth(felt, cell))).collect()
     };
     let mut rows = vec![];
-    let finer = if size == Size::Full { against(0.5 * CELL) } else { vec![] };
-    for (runs, of) in [(against(CELL), "its own"), (finer, "that of half the cells")] {
-        for (speed, runs) in speeds.iter().zip(runs.chunks(offsets.len())) {
-            rows.extend(rows_of(*speed, of, runs));
+    for (speed, runs) in speeds.iter().zip(against(CELL, 1).chunks(places)) {
+        rows.extend(rows_of(*speed, OWN, runs));
+    }
+    if size == Size::Full {
+        for (speed, run) in speeds.iter().zip(against(0.5 * CELL, places)) {
+            rows.extend(rows_of(*speed, "that of half the cells", &[run]));
         }
     }
     rows
 }
+
+/// The clay that is felt.
+const OWN: &str = "its own";
 
 /// Depth that hands mean to go to \[m\]: the ball goes 1.3 mm deep.
 const DEPTH: f64 = 4e-3;
@@ -204,7 +211,7 @@ fn rows_of(speed: f64, of: &str, runs: &[Run]) -> Vec<Row> {
         Row::at_most(format!("{name}: slope, off 1 by"), 100.0 * found.slope, "%", 7.0),
         Row::at_most(format!("{name}: energy returned, off by"), found.returned, "of that put in", 0.05),
     ];
-    if of == "its own" {
+    if of == OWN {
         rows.push(Row::at_most(format!("{name}: impulses of hand and clay apart"), 100.0 * most(Run::imbalance), "%", 1.0));
         rows.push(Row::at_most(format!("{name}: slew"), most(Run::slew), "N/ms", 0.3));
     }
