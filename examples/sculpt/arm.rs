@@ -21,8 +21,8 @@ pub(crate) enum ArmArg {
 
 /// Radius of the ball over that of the clay's ball.
 const RADIUS: f64 = 0.2;
-/// Force felt over that of the clay: a ball of 7 mm meets 3 N where it is 3 mm deep in soft clay, more than an arm
-/// gives.
+/// Force felt over that of the clay: a ball of 7 mm meets 3 N where it is 3 mm deep in soft clay, more than
+/// an arm gives.
 const GAIN: f64 = 0.3;
 /// How deep the simulated hand means to go, and how far to either side, over the ball's radius.
 const DEPTH: f64 = 0.5;

@@ -10,12 +10,12 @@ const REAL_TIME: u8 = 80;
 
 static REFUSAL: OnceLock<String> = OnceLock::new();
 
-/// Raises the calling thread: into the system's real-time class; where that is not allowed, as far above other
-/// threads as is. On Linux a user needs the limit `rtprio` or `nice` for that.
+/// Raises the calling thread: into the system's real-time class; where that is not allowed, as far above
+/// other threads as is. On Linux a user needs the limit `rtprio` or `nice` for that.
 ///
 /// # Errors
-/// The system's words where neither is allowed: the thread goes on as it was, and is late where the machine is
-/// busy. [`refusal`] keeps them.
+/// The system's words where neither is allowed: the thread goes on as it was, and is late where the machine
+/// is busy. [`refusal`] keeps them.
 pub fn raise() -> Result<(), String> {
     #[cfg(unix)]
     let raised = into_real_time().or_else(|_| set_current_thread_priority(ThreadPriority::Max));

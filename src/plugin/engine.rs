@@ -6,7 +6,6 @@ use super::bridge::{AppDevice, Bridge, SharedDevice};
 use super::clay::{Clay, ClaySettings, EngineChoice};
 use super::entity;
 use super::events::ClayReady;
-use super::feel::Armed;
 use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
@@ -354,12 +353,15 @@ fn end(gone: On<Remove, Clay>, mut commands: Commands) {
     commands.entity(gone.entity).try_remove::<(ClayEngine, EngineStart, ClayStatus, ClayMetrics)>();
 }
 
+/// Clay that an arm touches: it runs on the processor.
+#[derive(Component)]
+pub(super) struct Armed;
+
+/// Clay that should have an engine.
+type Wanted<'a> = (Entity, &'a Base, &'a ClaySettings, &'a mut EngineStart, Option<&'a mut ClayEngine>, Has<Armed>);
+
 /// Starts the engine of each clay that has none, or not the one it should have.
-pub(super) fn start(
-    mut clays: Query<(Entity, &Base, &ClaySettings, &mut EngineStart, Option<&mut ClayEngine>, Has<Armed>)>,
-    app: AppDevice,
-    held: Res<HeldTime>,
-) {
+pub(super) fn start(mut clays: Query<Wanted>, app: AppDevice, held: Res<HeldTime>) {
     let _watch = held.watch();
     for (entity, base, settings, mut start, engine, is_armed) in &mut clays {
         let Some(source) = base.snapshot.clone() else { continue };

@@ -20,8 +20,8 @@
 //! | `report`        | frames that have ended        | [`ClayReport`], [`ToolForce`], [`ClayStatus`]     |
 //! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
 //! | `step`        | clock, ways, material         | frame plans                                       |
-//! | [`feel`]        | a haptic arm, samples of the hand | ways of its tool, contact models, [`HapticSession`] |
-//! | `run`           | plans' orders, time           | frames submitted and polled, by a system or a thread |
+//! | [`feel`]        | a haptic arm, a hand's samples | ways of its tool, models, [`HapticSession`]     |
+//! | `run`           | plans' orders, time           | frames, submitted and polled                      |
 //! | [`show`]        | surface particles             | the mesh, made away from the main thread          |
 //! | `draw`          | particles on the device       | the mesh, made there                              |
 //! | [`gizmos`]      | tools, forces, surface particles | lines over them, for those who look for what is

@@ -47,7 +47,8 @@ impl Plans {
         *self = Self { planner, ..old };
     }
 
-    /// Takes in where the tools were, by the clock of [`Self::pass`]; those not among them have been let go of.
+    /// Takes in where the tools were, by the clock of [`Self::pass`]; those not among them have been let go
+    /// of.
     pub(super) fn offer(&mut self, tools: Vec<ToolSamples>) {
         let mut before = std::mem::take(&mut self.hands);
         let joined = |mut tool: ToolSamples| {

@@ -1,5 +1,5 @@
-//! A clay's engine and what is planned for it, behind one lock: the app's systems drive it, or the thread of an
-//! arm. Nothing that is done under the lock waits.
+//! A clay's engine and what is planned for it, behind one lock: the app's systems drive it, or the thread of
+//! an arm. Nothing that is done under the lock waits.
 
 use super::plans::Plans;
 use super::space::ClaySpace;
@@ -115,8 +115,8 @@ impl Run {
         None
     }
 
-    /// Has an arm's thread drive, or the app's systems again. Their clocks are not the same: tools are put down
-    /// anew.
+    /// Has an arm's thread drive, or the app's systems again. Their clocks are not the same: tools are put
+    /// down anew.
     pub(super) fn set_driven(&mut self, is_driven: bool) {
         if std::mem::replace(&mut self.is_driven, is_driven) != is_driven {
             self.plans.lift();

@@ -57,8 +57,8 @@ type Faults = EntityHashMap<ParamsError>;
 /// The clocks that clay goes by.
 type Clocks<'w> = (Res<'w, Time>, Res<'w, Time<Real>>, Option<Res<'w, Time<Virtual>>>, Res<'w, ClayGravity>);
 
-/// Says what each clay's frames are planned from, and plans one for each that runs; an arm's thread plans those
-/// of the clay that it holds a tool to, by the clock on the wall.
+/// Says what each clay's frames are planned from, and plans one for each that runs; an arm's thread plans
+/// those of the clay that it holds a tool to, by the clock on the wall.
 fn step(
     (time, real, app_clock, gravity): Clocks,
     mut gap: Local<Gap>,

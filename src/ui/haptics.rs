@@ -36,6 +36,7 @@ pub(super) fn window(mut contexts: EguiContexts, session: Res<HapticSession>, mu
     let window = egui::Window::new("Haptics").default_pos(room.right_bottom()).pivot(egui::Align2::RIGHT_BOTTOM);
     window.constrain_to(room).resizable(false).show(ctx, |ui| {
         ui.set_max_width(280.0);
+        ui.set_min_width(280.0);
         egui::Grid::new("haptics").num_columns(2).show(ui, |ui| {
             device(ui, &session);
             if let Some(pulse) = session.pulse() {
@@ -45,7 +46,8 @@ pub(super) fn window(mut contexts: EguiContexts, session: Res<HapticSession>, mu
         ui.separator();
         plot(ui, &session);
         let mut chosen = settings.clone();
-        choices(ui, &mut chosen);
+        ui.checkbox(&mut chosen.has_force, "force").on_hover_text("Off, all force is gone within 20 ms.");
+        ui.collapsing("choices", |ui| choices(ui, &mut chosen));
         settings.set_if_neq(chosen);
         if let Some(error) = session.refused() {
             ui.colored_label(ui.visuals().error_fg_color, error.to_string());
@@ -87,23 +89,17 @@ fn hand_loop(ui: &mut egui::Ui, pulse: &HandPulse, latency: &HapticLatency) {
     let text = egui::RichText::new(text);
     let text = if late { text.color(ui.visuals().warn_fg_color) } else { text };
     row(ui, "loop", "Ticks of the device in the last half second: rate, spread, and the longest time between two.", text);
-    let tick = format!("{:.1} us, at most {:.0} us", timing.compute_mean * 1e6, timing.compute_max * 1e6);
-    row(ui, "pose to force", "What a tick takes to make a force of a pose.", tick);
     let ms = |time: f64| time * 1e3;
-    let age = format!("{:.0} ms now, {:.0} ms on average", ms(pulse.sample.age.min(9.999)), ms(latency.model_age.mean));
-    row(ui, "model age", "How old what is known of the clay is. From 33 ms on the force fades.", age);
-    let model = format!("{:.0} ms, at most {:.0} ms", ms(latency.pose_to_model.mean), ms(latency.pose_to_model.greatest));
-    row(ui, "pose to model", "From a pose of the hand to the first model of the clay that knows of it.", model);
     let frames = latency.model_interval;
     let rate = if frames.mean > 0.0 { 1.0 / frames.mean } else { 0.0 };
-    row(
-        ui,
-        "models",
-        "Models of the clay a second, and the longest time between two.",
-        format!("{rate:.0} Hz, at most {:.0} ms", ms(frames.greatest)),
-    );
-    let picture = format!("{:.0} ms, at most {:.0} ms", ms(latency.pose_to_picture.mean), ms(latency.pose_to_picture.greatest));
-    row(ui, "pose to picture", "From a pose of the hand to the end of the app's frame that draws the tool there.", picture);
+    let (now, age) = (ms(pulse.sample.age.min(9.999)), ms(latency.model_age.mean));
+    let models = format!("{rate:.0} Hz, {:.0} ms apart at most; {now:.0} ms old, on average {age:.0}", ms(frames.greatest));
+    let hover = "Models of the clay a second, the longest time between two, and how old what is known of the clay is. From 33 ms on the force fades.";
+    row(ui, "models", hover, models);
+    let (model, picture) = (ms(latency.pose_to_model.mean), ms(latency.pose_to_picture.mean));
+    let late = format!("force {:.0} us, model {model:.0} ms, picture {picture:.0} ms", timing.compute_mean * 1e6);
+    let hover = "How late things are, on average. Force: what a tick takes to make one of a pose. Model: from a pose to the first model of the clay that knows of it. Picture: from a pose to the end of the app's frame that draws the tool there.";
+    row(ui, "from pose to", hover, late);
 }
 
 /// Force on the hand and of the clay, over the last seconds.
@@ -119,7 +115,7 @@ fn plot(ui: &mut egui::Ui, session: &HapticSession) {
     let hover = "Force on the hand, behind the stages of safety, and of the clay, over the last 2 s at 1 kHz.";
     ui.label(format!("force on the hand: {last:.2} N, at most {most:.2} N")).on_hover_text(hover);
     Plot::new("force on the hand")
-        .height(96.0)
+        .height(80.0)
         .legend(Legend::default())
         .include_x(-SPAN)
         .include_x(0.0)
@@ -140,7 +136,6 @@ fn plot(ui: &mut egui::Ui, session: &HapticSession) {
 
 /// What a hand may choose.
 fn choices(ui: &mut egui::Ui, settings: &mut HapticSettings) {
-    ui.checkbox(&mut settings.has_force, "force").on_hover_text("Off, all force is gone within 20 ms.");
     egui::Grid::new("haptic choices").num_columns(2).show(ui, |ui| {
         ui.label("mode").on_hover_text("Where the force comes from.");
         let name = MODES.iter().find(|(mode, ..)| *mode == settings.mode).map_or("", |(_, name, _)| name);

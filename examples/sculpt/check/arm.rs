@@ -1,5 +1,5 @@
-//! How the arm's hand was served: rate, jitter, age of what is known of the clay. Said when the run ends; what a
-//! machine makes of it is no fault of the app's.
+//! How the arm's hand was served: rate, jitter, age of what is known of the clay. Said when the run ends;
+//! what a machine makes of it is no fault of the app's.
 
 use super::{CheckArgs, say};
 use crate::arm;
@@ -26,7 +26,8 @@ pub(super) struct Served {
     began: Option<f64>,
     spells: u32,
     last: TickTiming,
-    /// Of all spells: sums of rate \[Hz\] and jitter \[s\], least and greatest, the longest time between ticks \[s\].
+    /// Of all spells: sums of rate \[Hz\] and jitter \[s\], least and greatest, the longest time between ticks
+    /// \[s\].
     rate: (f64, f64),
     jitter: (f64, f64),
     interval_max: f64,

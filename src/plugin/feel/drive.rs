@@ -1,9 +1,9 @@
 //! The thread of a clay that an arm touches: ways of its tool in, plans to the engine, contact models out,
 //! ninety times a second, whatever the main thread is held up by.
 //!
-//! The app's systems write what plans come from ([`Orders`]) and see the frames that have ended; here they are
-//! planned and polled, by the functions that plan and poll all clay. An app that has said nothing for as long
-//! as counts as sleep ([`SLEPT`]) has its clay stand: models age, and the force goes.
+//! The app's systems write what plans come from ([`Orders`]) and see the frames that have ended; here they
+//! are planned and polled, by the functions that plan and poll all clay. An app that has said nothing for as
+//! long as counts as sleep ([`SLEPT`]) has its clay stand: models age, and the force goes.
 
 use super::space::{model_to_world, pose_of};
 use super::track::Track;
@@ -160,7 +160,8 @@ impl Driver {
         let orders = run.orders.as_ref().and_then(|orders| orders.arm);
         self.take_samples(orders.as_ref());
         self.poll(clay, &mut run, orders.as_ref());
-        if now >= self.due {
+        // One frame at a time: one that waits for another would be of ways that are old when it begins.
+        if now >= self.due && run.engine().pending() == 0 {
             self.advance(clay, &mut run, orders.as_ref(), now);
         }
     }

@@ -12,8 +12,8 @@
 //!
 //! The loop of force runs in the device's own thread
 //! ([`GuardedServo`](crate::haptics::guarded::GuardedServo)), never in a schedule of the app. Here are the
-//! systems that hand settings to it and show what comes of it: ninety times a second by the clock on the wall,
-//! so that a paused app has its hand on the switch still, and once a frame at most.
+//! systems that hand settings to it and show what comes of it: ninety times a second by the clock on the
+//! wall, so that a paused app has its hand on the switch still, and once a frame at most.
 
 mod contact;
 pub(super) mod drive;
@@ -26,7 +26,7 @@ pub mod track;
 pub use session::HapticSession;
 
 use super::clay::{Clay, ClayReport};
-use super::engine::{self, ClayEngine};
+use super::engine::{self, Armed, ClayEngine};
 use super::events::{ClayChanged, DropOffcuts, RedoClay, ResampleClay, ResetClay, UndoClay};
 use super::held::HeldTime;
 use super::report;
@@ -66,10 +66,6 @@ impl Plugin for HapticPlugin {
             .add_systems(Last, draw);
     }
 }
-
-/// Clay that an arm touches: it runs on the processor.
-#[derive(Component)]
-pub(super) struct Armed;
 
 /// Lets the force go and come back slowly where the clay that is felt is about to be another.
 fn unsettle(clay: Entity, mut session: ResMut<HapticSession>) {

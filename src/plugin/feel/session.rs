@@ -13,8 +13,8 @@ use bevy::platform::cell::SyncCell;
 use bevy::prelude::*;
 use std::collections::VecDeque;
 
-/// Room for samples on their way to the clay's thread: two seconds of 1 kHz, more than a thread that runs at all
-/// is held up.
+/// Room for samples on their way to the clay's thread: two seconds of 1 kHz, more than a thread that runs at
+/// all is held up.
 const RING: usize = 2000;
 
 /// What runs the hand's loop.
@@ -37,19 +37,20 @@ pub enum HapticPhase {
 /// How late things are, from stage to stage, since the session began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HapticLatency {
-    /// From the last pose of the hand that a model of the clay knows of to when the hand's loop has that model.
+    /// From the last pose of the hand that a model of the clay knows of to when the hand's loop has that
+    /// model.
     pub pose_to_model: Latency,
     /// Between two models.
     pub model_interval: Latency,
     /// Age of the clay's latest frame, in each sample of the hand.
     pub model_age: Latency,
-    /// From the hand's pose to the end of the app's frame that draws its tool there: when that is seen lies with
-    /// the graphics driver and the screen.
+    /// From the hand's pose to the end of the app's frame that draws its tool there: when that is seen lies
+    /// with the graphics driver and the screen.
     pub pose_to_picture: Latency,
 }
 
-/// The arm that an app's tool is in the hand of, as a resource: closed until a tool has [`HapticSettings`]. The
-/// force itself is made in a thread of the device's own, the clay's plans in one of the clay's.
+/// The arm that an app's tool is in the hand of, as a resource: closed until a tool has [`HapticSettings`].
+/// The force itself is made in a thread of the device's own, the clay's plans in one of the clay's.
 #[derive(Resource, Default)]
 pub struct HapticSession {
     pub(super) live: Option<Live>,
@@ -140,8 +141,8 @@ impl HapticSession {
         self.live.as_ref().map_or_else(HapticLatency::default, |live| live.latency)
     }
 
-    /// Lets the force go within 20 ms, and come back slowly: for what takes the hand's mind off the clay, as a
-    /// menu does. After an undo and other changes of the clay this is done without asking.
+    /// Lets the force go within 20 ms, and come back slowly: for what takes the hand's mind off the clay, as
+    /// a menu does. After an undo and other changes of the clay this is done without asking.
     pub fn restart_force(&mut self) {
         self.restarts = self.restarts.wrapping_add(1);
         let restarts = self.restarts;

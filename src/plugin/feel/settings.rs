@@ -14,9 +14,9 @@ use bevy::prelude::*;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Puts a [`SculptTool`](crate::plugin::tool::SculptTool) into the hand that holds a haptic arm: the tool goes
-/// where the hand leads it, the hand feels what the clay does to it. One tool of an app at a time, the first
-/// that has this.
+/// Puts a [`SculptTool`](crate::plugin::tool::SculptTool) into the hand that holds a haptic arm: the tool
+/// goes where the hand leads it, the hand feels what the clay does to it. One tool of an app at a time, the
+/// first that has this.
 ///
 /// All of it may change at any time. Another [`device`](Self::device) is opened anew; another
 /// [`placement`](Self::placement) lets the force go and come back slowly.
@@ -38,7 +38,8 @@ pub struct HapticSettings {
     pub force: ForceScale,
     /// Where the device is in the world, and how much larger its ways are there.
     pub placement: Placement,
-    /// The button, from 0, that lets the hand go elsewhere without the tool while it is held; none without one.
+    /// The button, from 0, that lets the hand go elsewhere without the tool while it is held; none without
+    /// one.
     pub clutch: Option<u32>,
     /// Limits of the stages of safety.
     pub safety: SafetySettings,

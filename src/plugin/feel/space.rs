@@ -11,8 +11,8 @@ pub(super) fn pose_of(sample: &ServoSample) -> Pose {
     Pose { position: sample.tool, rotation: sample.rotation.normalize() }
 }
 
-/// A model of the clay's frame in the world: lengths times the scale, forces as they are, stiffness and slopes
-/// over the scale.
+/// A model of the clay's frame in the world: lengths times the scale, forces as they are, stiffness and
+/// slopes over the scale.
 pub(super) fn model_to_world(model: &ContactModel, space: &ClaySpace) -> ContactModel {
     let scale = space.scale();
     let Pose { position, rotation } = space.pose_to_world(Pose { position: model.position, rotation: model.rotation });
