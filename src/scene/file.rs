@@ -21,11 +21,10 @@ use super::check::{
 use super::clay;
 use super::error::SceneError;
 use super::export::{ExportFormat, ExportOptions, PARTICLES};
-use super::hand::Grip;
 use super::line::named;
 use super::stamp::FileStamp;
 use super::text::{from_ron, read_text};
-use super::track::{AxisAngle, ToolTrack};
+use super::track::{AxisAngle, Grip, ToolTrack};
 use crate::sim::cut::PLATE_SHEET;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};

@@ -1,7 +1,7 @@
 //! A hand in a scene: it leads a tool by a simulated arm and feels the clay, a thousand times a second.
 
 use super::build::BuiltScene;
-use super::track::Keyframe;
+use super::track::{Grip, Keyframe};
 use crate::haptics::device::simulated::{ArmSettings, HandPath, Operator, SimulatedArm};
 use crate::haptics::device::trace::{TraceTick, TraceWriter};
 use crate::haptics::guarded::{GuardedServo, HandOrders};
@@ -11,30 +11,16 @@ use crate::haptics::virtual_hand::VirtualHand;
 use crate::sim::frame::FrameReport;
 use crate::sim::planner::{Decision, Planner};
 use crate::sim::tool::{Pose, PoseSample};
-use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 /// Samples between two steps of an arm, at most.
 const SAMPLES: usize = 16;
 
-/// How an arm is held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Grip {
-    /// By two finger tips.
-    Pinch,
-    /// As a pen is.
-    Stylus,
-    /// In a fist.
-    Firm,
-}
-
-impl Grip {
-    fn operator(self) -> Operator {
-        match self {
-            Self::Pinch => Operator::PINCH,
-            Self::Stylus => Operator::STYLUS,
-            Self::Firm => Operator::FIRM,
-        }
+fn operator(grip: Grip) -> Operator {
+    match grip {
+        Grip::Pinch => Operator::PINCH,
+        Grip::Stylus => Operator::STYLUS,
+        Grip::Firm => Operator::FIRM,
     }
 }
 
@@ -62,7 +48,7 @@ impl SceneHand {
         let placement = Placement { position: first.position, rotation, ..Placement::default() };
         let on_device = |frame: &Keyframe| (frame.time, rotation.conjugate() * (frame.position - first.position));
         let path = HandPath::new(track.keyframes.iter().map(on_device));
-        let arm = SimulatedArm::new(ArmSettings { operator: grip.operator(), ..ArmSettings::default() }, path);
+        let arm = SimulatedArm::new(ArmSettings { operator: operator(grip), ..ArmSettings::default() }, path);
         let settings = ServoSettings { placement, ..ServoSettings::default() };
         let (servo, ends) = GuardedServo::new(settings, HandOrders::default(), SAMPLES);
         let hand = VirtualHand::new(arm, Box::new(servo), ends.clay);

@@ -56,12 +56,12 @@ pub mod prelude {
     };
     pub use super::file::{Body, ClayScene, MaterialChoice, MeshBody, Outputs, Room};
     pub use super::fill::FillReport;
-    pub use super::hand::{Grip, SceneHand};
+    pub use super::hand::SceneHand;
     pub use super::history::{History, HistoryError};
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;
     pub use super::recording::{Recorder, Recording, RecordingError};
     pub use super::resample::resample;
     pub use super::stamp::FileStamp;
-    pub use super::track::{AxisAngle, Keyframe, ToolTrack};
+    pub use super::track::{AxisAngle, Grip, Keyframe, ToolTrack};
 }

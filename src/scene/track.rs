@@ -1,7 +1,6 @@
 //! Tools on keyframes.
 
 use super::check::{Check, check_place};
-use super::hand::Grip;
 use super::line::short;
 use crate::sim::params::{Bounds, ParamsError, SPEED, TIME};
 use crate::sim::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
@@ -68,6 +67,17 @@ impl Keyframe {
     fn sample(&self) -> PoseSample {
         PoseSample { time: self.time, pose: Pose { position: self.position, rotation: self.rotation.quaternion() } }
     }
+}
+
+/// How an arm is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Grip {
+    /// By two finger tips.
+    Pinch,
+    /// As a pen is.
+    Stylus,
+    /// In a fist.
+    Firm,
 }
 
 /// A tool and its way through the scene. It exists from its first keyframe to its last; with one keyframe,

@@ -64,6 +64,7 @@ pub mod native;
 pub mod oracle;
 pub(crate) mod packet;
 pub mod params;
+mod patch;
 pub mod penalty;
 pub mod planner;
 pub mod snapshot;

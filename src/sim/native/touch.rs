@@ -1,8 +1,9 @@
-//! What tools meet: the particles of the blocks near them, for [`touch`](super::super::touch).
+//! What tools meet: the particles of the blocks near them, for [`patch`](super::super::patch).
 
 use super::super::frame::{FramePlan, ToolReport};
 use super::super::params::Domain;
-use super::super::touch::{Gather, Seen, ToolTouch};
+use super::super::patch::{Gather, Seen};
+use super::super::touch::ToolTouch;
 use super::state::{Cold, Hot, State, unpack_cell};
 use glam::{DMat3, DVec3, IVec3};
 

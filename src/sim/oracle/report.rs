@@ -7,9 +7,10 @@
 use super::super::frame::{Energies, FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::params::Domain;
+use super::super::patch::{Gather, Seen};
 use super::super::support::{Support, bearing_walls};
 use super::super::tool::ToolPath;
-use super::super::touch::{Gather, Seen, ToolTouch};
+use super::super::touch::ToolTouch;
 use super::grid::Grid;
 use super::law;
 use super::particle::Particle;
@@ -104,7 +105,7 @@ fn has_loose_clay(particles: &[Particle], domain: &Domain, plan: &FramePlan) -> 
     support.has_loose()
 }
 
-/// What a tool meets, see [`touch`](super::super::touch).
+/// What a tool meets, see [`patch`](super::super::patch).
 fn touch(particles: &[Particle], domain: &Domain, plan: &FramePlan, path: &ToolPath, tool: &ToolReport) -> ToolTouch {
     let mut gather = Gather::new(path, plan, domain);
     for p in particles {
