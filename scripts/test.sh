@@ -102,6 +102,10 @@ run_programs() {
     ! "$bin/examples/doctor" --library /no/such/libHD.so || return 1
     "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --seconds 0.2
     ! FAKEHD_PLAN=unplug@0.05 "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --seconds 0.2 || return 1
+    # A recording of two ticks, played; one that is none is refused.
+    printf '%s\n' "# bevy_clay haptic trace 1" time,x,y,z,qx,qy,qz,qw,vx,vy,vz,buttons,fx,fy,fz 0,0,0,0,0,0,0,1,0,0,0,0,0,0.2,0 0.2,0,0,0,0,0,0,1,0,0,0,0,0,0.3,0 >"$results/force.csv"
+    "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --play "$results/force.csv"
+    ! "$bin/examples/doctor" --library "$bin/deps/libfake_hd.so" --play scripts/test.sh || return 1
     for scene in assets/scenes/*.ron; do
         echo "headless $scene, 3 frames"
         "$bin/examples/headless" "$scene" --out "$results/$(basename "$scene" .ron)" --frames 3
