@@ -36,7 +36,7 @@ pub(crate) struct ArmPlugin(pub(crate) ArmArg);
 
 impl Plugin for ArmPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(Chosen(self.0)).add_systems(Startup, spawn);
+        app.insert_resource(Chosen(self.0)).add_systems(Startup, spawn).add_systems(Update, show.after(ClaySystems::Show));
     }
 }
 
@@ -84,7 +84,16 @@ fn spawn(
         Transform::from_translation(extent.middle.with_y(top + extent.radius)),
         Mesh3d(meshes.add(Sphere::new(radius as f32))),
         NotShadowCaster,
+        Visibility::Hidden,
     ));
     let colour = Color::srgba(0.35, 0.65, 0.45, 0.5);
     looks.put(&mut tool, StandardMaterial { base_color: colour, alpha_mode: AlphaMode::Blend, ..default() });
+}
+
+/// Shows the tool once it is in a hand.
+fn show(session: Res<HapticSession>, mut tools: Query<&mut Visibility>) {
+    let is_held = matches!(session.phase(), HapticPhase::Arm | HapticPhase::StandIn);
+    if let Some(mut visibility) = session.tool().and_then(|tool| tools.get_mut(tool).ok()) {
+        visibility.set_if_neq(if is_held { Visibility::Inherited } else { Visibility::Hidden });
+    }
 }
