@@ -1,8 +1,9 @@
 //! A tool of the clay that an arm leads: ticks of the servo in, its way for a planner out; reports in,
 //! contact models out. All in the clay's own frame.
 //!
-//! Two clocks meet here: the arm's, by which ticks and the spans of models are timed, and the planner's, which
-//! may lag behind it. What a frame sweeps ends by the planner's lag before the last tick that it was told of.
+//! Two clocks meet here: the arm's, by which ticks and the spans of models are timed, and the planner's,
+//! which may lag behind it. What a frame sweeps ends by the planner's lag before the last tick that it was
+//! told of.
 
 use super::model::ContactModel;
 use super::touch::{ContactModels, FrameClock};
@@ -144,8 +145,8 @@ mod tests {
         );
     }
 
-    /// A model's span goes on from where the last frame that did not fail ended, by the planner's lag; the rate
-    /// is of that. Frames that failed, and tools that were not in them, have none.
+    /// A model's span goes on from where the last frame that did not fail ended, by the planner's lag; the
+    /// rate is of that. Frames that failed, and tools that were not in them, have none.
     #[test]
     fn spans_follow_the_frames_that_ran() {
         let mut tool = ArmTool::default();

@@ -34,8 +34,8 @@ pub struct ContactModel {
     pub rotation: DQuat,
     /// Force of the clay on the tool, averaged over the frame \[N\].
     pub force: DVec3,
-    /// Whether the frame's steps were too few for what happened in it: its impulse is what the clay was given,
-    /// and says little of the force that is next.
+    /// Whether the frame's steps were too few for what happened in it: its impulse is what the clay was
+    /// given, and says little of the force that is next.
     pub is_poor: bool,
     /// Hand time that the frame took in \[s\]: the first and the last of the samples that the clay's tool has
     /// followed in it, by the clock of [`DeviceState`](super::device::DeviceState). Equal where no clay was

@@ -19,8 +19,8 @@ pub const YIELD_WAY: f64 = 2e-4;
 /// What a frame counts of that after another one [-].
 pub const YIELD_DECAY: f64 = 0.8;
 
-/// Greatest stiffness [N/m] that is believed: beyond it no spring can be felt at 1 kHz (a stylus's bound at no
-/// delay is 20 kN/m).
+/// Greatest stiffness [N/m] that is believed: beyond it no spring can be felt at 1 kHz (a stylus's bound at
+/// no delay is 20 kN/m).
 pub const STIFFNESS_CAP: f64 = 20e3;
 
 /// What a frame's report does not say.
@@ -49,8 +49,8 @@ pub struct ContactModels {
 
 impl ContactModels {
     /// The model of a frame that ended with `touch` and the forces out of balance `residual`
-    /// ([`FrameReport::residual`](crate::sim::frame::FrameReport::residual)). Clay at rest has frames too, and a
-    /// touch in each.
+    /// ([`FrameReport::residual`](crate::sim::frame::FrameReport::residual)). Clay at rest has frames too,
+    /// and a touch in each.
     pub fn model(&mut self, touch: &ToolTouch, residual: f64, clock: &FrameClock) -> ContactModel {
         let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
         let mut model = ContactModel { frame, stamp, rate, span, is_resting, ..contact_model(touch) };
@@ -160,7 +160,8 @@ impl StiffnessFit {
 
 /// What a patch's yield force grows by, from what frames showed: the least `sum (s d_i - f_i)^2 + YIELD_WAY^2
 /// (s - s_0)^2` over steps into the clay d_i and of the force along the normal f_i between frames that
-/// yielded, s_0 what the patch says. Growth by the tool's shape alone leaves out that clay goes down before it.
+/// yielded, s_0 what the patch says. Growth by the tool's shape alone leaves out that clay goes down before
+/// it.
 #[derive(Clone, Debug, Default)]
 struct YieldFit {
     before: Option<(DVec3, DVec3)>,

@@ -399,8 +399,8 @@ pub struct FrameReport {
     pub welded: u64,
     /// Each tool of the plan.
     pub tools: Vec<ToolReport>,
-    /// What each of them meets at the frame's end; empty where the plan did not ask, of a frame that was given
-    /// up, and of the device's engine.
+    /// What each of them meets at the frame's end; empty where the plan did not ask, of a frame that was
+    /// given up, and of the device's engine.
     #[serde(default)]
     pub touches: Vec<ToolTouch>,
     /// Where the time went.

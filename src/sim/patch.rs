@@ -2,17 +2,18 @@
 //!
 //! Lengths are in cells unless said. A particle stands before the tool by the gap `g_p` of the law of
 //! [contact](super::penalty), `n_p` the tool's outward normal there. It touches if it clings by an anchor.
-//! With n out of the clay, `-sum A_p n_p` of unit length, the particle's *way* `w_p` is how far the tool would
-//! go against n until it touches it, 0 where it does. `A(w)` is the [area](area_of) across n of the particles
-//! of ways up to w, g the least way of all:
+//! With n out of the clay, `-sum A_p n_p` of unit length, the particle's *way* `w_p` is how far the tool
+//! would go against n until it touches it, 0 where it does. `A(w)` is the [area](area_of) across n of the
+//! particles of ways up to w, g the least way of all:
 //!
-//! | number                | touching                               | before touch                                |
-//! |-----------------------|----------------------------------------|---------------------------------------------|
-//! | area A                | `A(FIRST)`                             | `A(g + FIRST)`                              |
-//! | growth A'             | `(A(BAND) - A) / (BAND - FIRST)`       | `(A(g + BAND) - A) / (BAND - FIRST)`        |
-//! | stiffness             | `K_n = 2 E* sqrt(A / pi)`, `K_t = K_n 2 (1 - nu) / (2 - nu)` | the same              |
-//! | yield force F         | where the patch yields the force along n, else at least `(2 + pi) k A` | `(2 + pi) k (A - FIRST A')` |
-//! | its growth with depth | `max(F / A, (2 + pi) k) A'`            | `(2 + pi) k A'`                             |
+//! | number                | touching, g = 0                | before touch                |
+//! |-----------------------|--------------------------------|-----------------------------|
+//! | area A                | `A(FIRST)`                     | `A(g + FIRST)`              |
+//! | growth A'             | `(A(BAND) - A) / (BAND - FIRST)` | the same of `A(g + BAND)` |
+//! | stiffness             | `K_n = 2 E* sqrt(A / pi)`, `K_t = K_n 2 (1 - nu) / (2 - nu)` | the same |
+//! | yield force F         | the force along n where the patch yields | `(2 + pi) k (A - FIRST A')` |
+//! |                       | else at least `(2 + pi) k A`   |                             |
+//! | its growth with depth | `max(F / A, (2 + pi) k) A'`    | `(2 + pi) k A'`             |
 //!
 //! `E* = E / (1 - nu^2)`: a rigid tool on an elastic half space, as if A were round (Sneddon 1965); K_t is
 //! Mindlin's of full stick (1949). `(2 + pi) k` is what a flat punch bears (Prandtl 1920). Clay that flows
@@ -31,7 +32,7 @@ use glam::{DMat3, DVec2, DVec3, IVec2, IVec3};
 use std::f64::consts::PI;
 
 /// Gap \[cells\] up to which particles are looked at.
-pub const NEAR_REACH: f64 = 4.0;
+const NEAR_REACH: f64 = 4.0;
 
 /// Depth \[cells\] over which an area grows: less than a full particle's edge, so that it is of the near.
 const BAND: f64 = 1.0;
@@ -234,8 +235,8 @@ impl Gather<'_> {
         Some(Patch { touches, normal, gap, area, growth })
     }
 
-    /// How far the tool goes against the normal until it touches a particle \[cells\], by steps of its distance;
-    /// none where it passes by or with its side, or is further off than what is looked at.
+    /// How far the tool goes against the normal until it touches a particle \[cells\], by steps of its
+    /// distance; none where it passes by or with its side, or is further off than what is looked at.
     fn way(&self, found: &Found, normal: DVec3) -> Option<f64> {
         if found.seen.touches {
             return (-found.normal.dot(normal) > FACING).then_some(0.0);
@@ -257,8 +258,8 @@ impl Gather<'_> {
     }
 }
 
-/// Cosine [-] between a tool's face and the patch up to which clay by its side bears nothing: that of a cone of
-/// 14 degrees from its axis.
+/// Cosine [-] between a tool's face and the patch up to which clay by its side bears nothing: that of a
+/// cone of 14 degrees from its axis.
 const FACING: f64 = 0.25;
 
 /// Steps to a way, at most: what is passed closely is found to be passed, or met so late that it is no part.
@@ -274,9 +275,9 @@ const APART: f64 = 0.6;
 /// Edge [cells] of the raster that areas are counted on, and how many of them a patch has across, at most.
 const RASTER: (f64, f64) = (0.125, 160.0);
 
-/// The area [cells^2] across `normal` of a patch of particles: of all that is within [`APART`] of one of them,
-/// less a rim such that the last ones stick out of it by half of what full particles are apart. What lies
-/// under another, or has spread, counts by the place that it takes.
+/// The area [cells^2] across `normal` of a patch of particles: of all that is within [`APART`] of one of
+/// them, less a rim such that the last ones stick out of it by half of what full particles are apart. What
+/// lies under another, or has spread, counts by the place that it takes.
 fn area_of(places: impl Iterator<Item = DVec3>, normal: DVec3) -> f64 {
     let (x, y) = normal.any_orthonormal_pair();
     let points: Vec<DVec2> = places.map(|p| DVec2::new(p.dot(x), p.dot(y))).collect();

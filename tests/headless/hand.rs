@@ -13,8 +13,8 @@ const PRESS: &str = "clay: [Box(size: (0.02, 0.01, 0.02))], cell_width: 0.002, d
         (time: 1.2, position: (0.0, 0.0025, 0.0)), (time: 1.3, position: (0.0, 0.0025, 0.0)),
         (time: 1.6, position: (0.0, 0.0105, 0.0))])]";
 
-/// Its force is the clay's and comes once clay is there; the arm stays where the clay stops it; the run is the
-/// same again, from its recording too; and the arm's trace plays on an arm.
+/// Its force is the clay's and comes once clay is there; the arm stays where the clay stops it; the run is
+/// the same again, from its recording too; and the arm's trace plays on an arm.
 #[test]
 fn force_of_a_hand_is_on_file() {
     let desk = Desk::new();

@@ -26,8 +26,8 @@ const YIELD_MAX: f64 = 1e3;
 const CORRECTION_RATE: f64 = 100.0;
 
 /// How much of what a frame shows to be missing is made good by it [-]. Clay can be stiffer than its patch
-/// says (a block on a floor by half), and then answers by more than was missing: with all of it the force on a
-/// ball that was held went up and down in every third frame.
+/// says (a block on a floor by half), and then answers by more than was missing: with all of it the force
+/// on a ball that was held went up and down in every third frame.
 const CORRECTION_SHARE: f64 = 0.8;
 
 /// Part of the yield force from which on clay counts as yielding [-]: its force then says nothing of x_p.

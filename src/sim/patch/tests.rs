@@ -20,7 +20,8 @@ fn middle(domain: &Domain) -> DVec3 {
     (domain.to_grid(DVec3::new(20.0, 10.0, 20.0) * CELL)).round()
 }
 
-/// Full particles half a cell apart below the face, 20 cells wide and 6 deep; those touch that stand in the tool.
+/// Full particles half a cell apart below the face, 20 cells wide and 6 deep; those touch that stand in the
+/// tool.
 fn lattice(domain: &Domain, mut of: impl FnMut(Seen)) {
     let top = middle(domain);
     let mut id = 0;
