@@ -162,6 +162,12 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("force of erring models", "", "the clay's own force on the same way"),
     exact("held force", "", "an inviscid force stays"),
     exact("force of slow clay", "", "the clay's own force on the same way"),
+    compared(
+        "force of an engine's clay",
+        "",
+        "the clay's own force on the same way, in fine steps; that of half the cells",
+        "the paper: r = 0.983, which a ramp reaches too",
+    ),
     exact("force of particles", "", "`C(x) >= 0`, Eq. 7"),
     exact("force shapes", "force, flat punch", "`F = 2 E* a d`"),
     exact("force shapes", "force, ball, Hertz", "`F = 4/3 E* sqrt(R) d^1.5`"),
