@@ -1,4 +1,4 @@
-//! What a tool meets at a frame's end, as reports have it: [`patch`](super::patch) makes it.
+//! What a tool meets at a frame's end, as reports have it: `patch` makes it.
 
 use super::tool::Pose;
 use glam::{DMat3, DVec3};

@@ -52,7 +52,9 @@ const EXCHANGE: Duration = Duration::from_micros(11_111);
 impl Plugin for HapticPlugin {
     fn build(&self, app: &mut App) {
         let schedule = schedule(app);
-        app.init_resource::<HapticSession>()
+        // Without reports there are none to read.
+        app.add_message::<ClayReport>()
+            .init_resource::<HapticSession>()
             .init_resource::<Contact>()
             .add_observer(|asked: On<UndoClay>, session: ResMut<HapticSession>| unsettle(asked.entity, session))
             .add_observer(|asked: On<RedoClay>, session: ResMut<HapticSession>| unsettle(asked.entity, session))
