@@ -9,8 +9,8 @@ use glam::{DMat3, DVec3};
 /// Frames that a stiffness is fitted to.
 pub const FIT_FRAMES: usize = 8;
 
-/// Ways \[m\] at which what frames show of a stiffness counts as much as what the patch says: a device's steps
-/// are 55 um, and clay comes back by no more.
+/// Ways \[m\] at which what frames show of a stiffness counts as much as what the patch says: forces of clay
+/// waver by some .03 N, over this way a tenth of a stiffness. With half of it a held ball's fell by a third.
 pub const FIT_WAY: f64 = 1e-4;
 
 /// The same of what a yield force grows by: forces of clay waver by the unevenness of its particles.

@@ -34,7 +34,9 @@ use std::f64::consts::PI;
 /// Gap \[cells\] up to which particles are looked at.
 const NEAR_REACH: f64 = 4.0;
 
-/// Depth \[cells\] over which an area grows: less than a full particle's edge, so that it is of the near.
+/// Depth \[cells\] over which an area grows, of the order of a fast hand's way in a frame: the force on a
+/// ball of 3 cells, foretold over .4 in its place, was off by 4.8 % of its range at 5 mm/s and 16 at 200, so
+/// by 3.0 and 10.6.
 const BAND: f64 = 1.0;
 
 /// Depth \[cells\] at which a tool counts as having come to the clay: what fills leave a face uneven by.
