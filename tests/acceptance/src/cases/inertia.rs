@@ -68,7 +68,8 @@ fn fall(inertia: InertiaScaling, duration: f64) -> Fall {
         scale_before = report.density_scale;
         found.worst = found.worst.max(report.balance_error());
         let on_tools: DVec3 = report.tools.iter().map(|t| t.impulse).sum();
-        momentum += report.gravity_impulse + report.wall_impulse - on_tools + report.rescaled_momentum;
+        let given = report.gravity_impulse + report.wall_impulse + report.damping_impulse + report.unbalanced_impulse;
+        momentum += given - on_tools + report.rescaled_momentum;
         scale += report.impulse_scale + report.rescaled_momentum.length();
         found.whole = (report.momentum - momentum).length() / (scale + report.momentum_scale);
     }
