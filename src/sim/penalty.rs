@@ -11,8 +11,8 @@
 //!
 //! Friction is a spring of `A_p k_t / dx` to an anchor on the surface, which slides where the spring would
 //! bear more than `mu N` ([`Contact::Separate`]), or k on `A_p` and [`STICK_FRICTION`] N, the push alone,
-//! beside it ([`Contact::Stick`]). No velocity enters: a bound on the particle's velocity slips by about `2
-//! k h / (rho dx)`, as fast as tools move.
+//! beside it ([`Contact::Stick`]; a blade holds clay by k alone, however it is pressed). No velocity enters:
+//! a bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
 //!
 //! Clay that a surface is found to stand in, by [`FOUND_DEPTH`] deeper than either can have come in a
 //! substep and untouched before, was not pressed: a tool has been put there. It comes out at
@@ -83,6 +83,8 @@ pub(crate) struct Springs {
     pub(crate) tangential: f64,
     /// The clay's shear strength on `A_p`, a force.
     pub(crate) strength: f64,
+    /// Friction of a surface that sticks, beside the clay's strength [-]: [`STICK_FRICTION`]; none of blades.
+    pub(crate) grip: f64,
     /// The particle's mass over the substep, force per velocity.
     pub(crate) inertia: f64,
     /// A cell as a length.
@@ -114,6 +116,11 @@ pub(crate) struct Touch {
 }
 
 impl Springs {
+    /// The same of a blade, whose flanks hold clay by its strength alone, as at nodes.
+    pub(crate) fn of_blade(self) -> Self {
+        Self { grip: 0.0, ..self }
+    }
+
     /// What a surface does to a particle at `at` that clings to it by `anchor`, if it touched it before.
     /// None where they do not touch: then there is no anchor any more.
     pub(crate) fn touch(&self, surface: &Surface, at: DVec3, anchor: Option<DVec3>) -> Option<Touch> {
@@ -128,7 +135,7 @@ impl Springs {
             return Some(Touch { force: push.min(most) * surface.normal, anchor: None });
         }
         let most = match surface.contact {
-            Contact::Stick => self.strength + STICK_FRICTION * push.max(0.0),
+            Contact::Stick => self.strength + self.grip * push.max(0.0),
             Contact::Slip => 0.0,
             Contact::Separate { friction } => friction * push,
         };
@@ -161,7 +168,8 @@ impl Springs {
 mod tests {
     use super::*;
 
-    const SPRINGS: Springs = Springs { normal: 40.0, tangential: 20.0, strength: 1.5, inertia: 2.0, cell: 1.0, speed: 1.0 };
+    const SPRINGS: Springs =
+        Springs { normal: 40.0, tangential: 20.0, strength: 1.5, grip: STICK_FRICTION, inertia: 2.0, cell: 1.0, speed: 1.0 };
     const SEPARATE: Contact = Contact::Separate { friction: 0.3 };
 
     fn floor(contact: Contact, at: DVec3) -> Surface {
@@ -236,6 +244,9 @@ mod tests {
         }
         let along = |contact| touch(contact, DVec3::new(1.0, -0.1, 0.0), anchor).expect("a touch").force.x;
         assert_eq!([along(Contact::Stick), along(Contact::Slip)], [-1.5 - 2.0 * 4.0, 0.0]);
+        let at = DVec3::new(1.0, -0.1, 0.0);
+        let on_blade = SPRINGS.of_blade().touch(&floor(Contact::Stick, at), at, anchor).expect("a touch");
+        assert_eq!(on_blade.force, DVec3::new(-1.5, 4.0, 0.0));
         let pulled = touch(Contact::Stick, DVec3::new(1.0, 0.1, 0.0), anchor).expect("a touch");
         assert_eq!(pulled.force, DVec3::new(-1.5, -1.5, 0.0));
         let elastic = Springs { strength: f64::INFINITY, ..SPRINGS };

@@ -5,7 +5,7 @@
 use super::super::coefficients::ContactCoefficients;
 use super::super::cutting::CuttingMethod;
 use super::super::params::Domain;
-use super::super::penalty::{BOND_REACH, Springs, Surface, area, reach};
+use super::super::penalty::{BOND_REACH, STICK_FRICTION, Springs, Surface, area, reach};
 use super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::contact::ToolNow;
 use super::grid_step::GridReport;
@@ -111,6 +111,7 @@ impl ContactCoefficients {
             normal: self.normal * area,
             tangential: self.tangential * area,
             strength: self.strength * area,
+            grip: STICK_FRICTION,
             inertia: 8.0 * volume,
             cell: 1.0,
             speed: 1.0,

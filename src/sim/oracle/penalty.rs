@@ -14,7 +14,7 @@
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;
-use super::super::penalty::{NORMAL_STIFFNESS, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
+use super::super::penalty::{NORMAL_STIFFNESS, STICK_FRICTION, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
 use super::super::snapshot::ANCHORS_MAX;
 use super::particle::Particle;
 use super::tools::{Moment, Surroundings};
@@ -73,6 +73,7 @@ pub(super) fn springs(volume: f64, around: &Surroundings) -> Springs {
         normal: NORMAL_STIFFNESS * modulus * area / cell_width,
         tangential: TANGENTIAL_STIFFNESS * modulus * area / cell_width,
         strength: material.shear_strength() * area,
+        grip: STICK_FRICTION,
         inertia: around.plan.inertial_density() * volume / around.plan.dt,
         cell: cell_width,
         speed: cell_width / around.plan.dt,

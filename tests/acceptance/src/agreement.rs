@@ -179,6 +179,8 @@ pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     assert!(d.velocity <= position && d.affine <= 3.0 * position && d.history <= 2.0 * strain, "{name}: {d:?}");
     assert!(d.clinging == 0 && d.anchor <= trail(&case.plan).max(1.0) * position, "{name}: {d:?}");
     assert_eq!((ours.welded, ours.sheets), (theirs.welded, theirs.sheets), "{name}");
+    assert_eq!((ours.passes, ours.rejected), (theirs.passes, theirs.rejected), "{name}");
+    assert!((ours.residual - theirs.residual).abs() <= 1e-3 * theirs.residual, "{name}: {} {}", ours.residual, theirs.residual);
     assert!(ours.has_loose_clay.is_some() && ours.has_loose_clay == theirs.has_loose_clay, "{name}: {:?}", ours.has_loose_clay);
     let scale = theirs.impulse_scale + theirs.momentum_scale;
     for (a, b) in ours.tools.iter().zip(&theirs.tools) {

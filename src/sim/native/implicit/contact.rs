@@ -138,7 +138,7 @@ impl<'a> Near<'a> {
                 Some(anchor) => Some(to.to_world(anchor.1)),
                 None => comes.then(|| to.to_world(from.to_local(start))),
             };
-            sum.by_tool((index, tool), &self.springs, &surface, at, anchor, |anchor| anchor);
+            sum.by_tool((index, tool), &self.springs.of(sum.volume), &surface, at, anchor, |anchor| anchor);
         }
     }
 
@@ -160,7 +160,7 @@ impl<'a> Near<'a> {
                 None => (gap < 0.0 && tool.contact.can_part()).then(|| to.to_world(from.to_local(start))),
             };
             let place = |anchor| blade.at_distance(side, anchor, reach);
-            sum.by_tool((*index, *tool), &self.springs, &surface, at, anchor, place);
+            sum.by_tool((*index, *tool), &self.springs.of(sum.volume).of_blade(), &surface, at, anchor, place);
         }
     }
 
@@ -224,16 +224,15 @@ impl<'a> Sum<'a> {
     fn by_tool(
         &mut self,
         (index, tool): (usize, &'a ToolNow),
-        springs: &ContactCoefficients,
+        springs: &Springs,
         surface: &Surface,
         at: DVec3,
         anchor: Option<DVec3>,
         place: impl Fn(DVec3) -> DVec3,
     ) {
-        let springs = springs.of(self.volume);
         let Some(touch) = springs.touch(surface, at, anchor) else { return };
         self.force += touch.force;
-        self.add_stiffness(&springs, surface, at, anchor, touch.force);
+        self.add_stiffness(springs, surface, at, anchor, touch.force);
         if self.asked == Asked::Tools {
             self.tools.push((index, tool, touch.force));
         }

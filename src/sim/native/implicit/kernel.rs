@@ -68,8 +68,18 @@ pub(super) struct Evaluation {
     pub(super) step: Step,
     /// Plastic strain within which volumes are shared [-]; 0 for none.
     pub(super) averaging: f32,
-    /// Whether it is the step's first: it finds how volumes are shared, and how stiff contact is.
-    pub(super) is_first: bool,
+    pub(super) asked: Asked,
+}
+
+/// What an evaluation finds beside the slope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// The step's first: how volumes are shared, and how stiff contact is.
+    First,
+    /// Nothing.
+    Slope,
+    /// The last that is planned: what contact brings, which tells whether the step is poor.
+    Contact,
 }
 
 #[inline(always)]
@@ -234,9 +244,8 @@ fn bring<L: Pairs>(
     stencils.scatter::<L>(&moment, push, out);
 }
 
-/// What a class of a block brings to the slope at the displacements `about` it: forces, in the first pass
-/// also how stiff contact is; that also finds how volumes are shared. Whether no cell was turned inside out
-/// comes back.
+/// What a class of a block brings to the slope at the displacements `about` it, and what is asked besides.
+/// Whether no cell was turned inside out comes back.
 #[inline(always)]
 pub(super) fn slope_with<L: Pairs>(
     evaluation: &Evaluation,
@@ -245,12 +254,12 @@ pub(super) fn slope_with<L: Pairs>(
     near: Option<&Near<'_>>,
     Scratch { about: u, bent, sharing, .. }: &mut Scratch,
 ) -> bool {
-    let Evaluation { step, averaging, is_first } = evaluation;
+    let Evaluation { step, averaging, asked } = evaluation;
     let Class { eights, shared, forces, contact, .. } = class;
     *forces = Tile4::ZERO;
-    let mut presses = near.map(|near| Presses::new(near, clay, u, contact.as_deref_mut().filter(|_| *is_first)));
+    let mut presses = near.map(|near| Presses::new(near, clay, u, (*asked, contact.as_deref_mut())));
     // Volumes are shared once a cell's last particle is there, in the first evaluation once all are.
-    let (count, finds_shares) = (eights.len(), *is_first && *averaging > 0.0);
+    let (count, finds_shares) = (eights.len(), *asked == Asked::First && *averaging > 0.0);
     let window = if finds_shares { count } else { shared.iter().map(Cell::window).max().unwrap_or(1) };
     let mask = window.next_power_of_two() - 1;
     bent.resize(bent.len().max(mask + 1), Bent::ZERO);
@@ -287,16 +296,23 @@ struct Presses<'a> {
     clay: (&'a [Hot], &'a [Cold]),
     /// No particle moves further: weights sum up to 1.
     way_max: f32,
-    /// Where their stiffness is wanted, the diagonal and what is beside it.
-    stiffness: Option<&'a mut [Tile4; 2]>,
+    asked: Asked,
+    /// Where what is asked goes: stiffness, its diagonal and what is beside it, or what they bring.
+    contact: Option<&'a mut [Tile4; 2]>,
 }
 
 impl<'a> Presses<'a> {
-    fn new(near: &'a Near<'a>, clay: (&'a [Hot], &'a [Cold]), u: &Tile4, mut stiffness: Option<&'a mut [Tile4; 2]>) -> Self {
-        if let Some(stiffness) = &mut stiffness {
-            **stiffness = [Tile4::ZERO; 2];
+    fn new(
+        near: &'a Near<'a>,
+        clay: (&'a [Hot], &'a [Cold]),
+        u: &Tile4,
+        (asked, contact): (Asked, Option<&'a mut [Tile4; 2]>),
+    ) -> Self {
+        let mut contact = contact.filter(|_| asked != Asked::Slope);
+        if let Some(contact) = &mut contact {
+            **contact = [Tile4::ZERO; 2];
         }
-        Self { near, clay, way_max: u.length_max(), stiffness }
+        Self { near, clay, way_max: u.length_max(), asked, contact }
     }
 
     /// What they give the particles of the eight of this index.
@@ -319,12 +335,13 @@ impl<'a> Presses<'a> {
             if f64::from(eight.clear.0[k]) > moved.length() {
                 continue;
             }
-            let press = self.near.press((hot, cold), moved, self.stiffness.is_some(), None);
+            let is_first = self.asked == Asked::First;
+            let press = self.near.press((hot, cold), moved, is_first, None);
             (0..3).for_each(|d| push[d].0[k] = press.velocity[d] * hot.mass);
-            if let Some(stiffness) = self.stiffness.as_deref_mut().filter(|_| press.stiffness != [[0.0; 3]; 2]) {
-                for (of, tile) in press.stiffness.iter().zip(stiffness) {
-                    stencils.add_one(k, of.map(|s| s * hot.mass), tile);
-                }
+            let Some(contact) = self.contact.as_deref_mut() else { continue };
+            let found = if is_first { press.stiffness } else { [press.velocity, [0.0; 3]] };
+            for (of, tile) in found.iter().zip(contact).filter(|(of, _)| **of != [0.0; 3]) {
+                stencils.add_one(k, of.map(|s| s * hot.mass), tile);
             }
         }
     }

@@ -2,8 +2,9 @@
 //! V-cycle, full steps, guarded by slopes.
 
 use super::super::super::health::Health;
-use super::super::super::implicit::{CUT, PAIRS};
+use super::super::super::implicit::{CUT, OVERTIME, PAIRS, RESIDUAL_LOST};
 use super::System;
+use super::kernel::Asked;
 use super::search::{Search, Tried};
 use super::vectors::{Block3, Vector, add, dot, dot_of, for_each, set_sum, sum_each, sum_over};
 use std::time::Instant;
@@ -17,16 +18,17 @@ pub(super) struct Least {
 }
 
 impl System<'_> {
-    /// Goes down from the guess in `u` with at most `passes` evaluations. A cell that is turned inside out
-    /// even where the clay stands still is a step too long.
+    /// Goes down from the guess in `u` with at most `passes` evaluations, [`OVERTIME`] times as many where
+    /// they leave it poor. A cell that is turned inside out even where the clay stands still is a step too
+    /// long.
     pub(super) fn minimise(&mut self, passes: u32) -> Result<Least, Health> {
         let mut least = Least { passes: 1, rejected: 0 };
         self.search.begin(self.u.len());
         self.sides.begin(&mut self.u);
-        if !self.evaluate(true) {
+        if !self.evaluate(Asked::First) {
             self.hold_still();
             self.sides.begin(&mut self.u);
-            if !self.evaluate(true) {
+            if !self.evaluate(Asked::First) {
                 return Err(Health::SPEED);
             }
             least.passes = 2;
@@ -34,20 +36,36 @@ impl System<'_> {
         self.accept();
         self.sides.settle(&self.u, &self.accepted.residual);
         if least.passes == 1 && passes > 1 {
-            self.try_still(&mut least);
+            self.try_still(passes, &mut least);
         }
+        self.go_down(passes, &mut least);
+        let searched = self.searched();
+        let residual = searched.as_ref().unwrap_or(&self.accepted.residual);
+        if dot(residual, residual).sqrt() > RESIDUAL_LOST * self.scale {
+            self.go_down(OVERTIME * passes, &mut least);
+        }
+        Ok(least)
+    }
+
+    /// Steps until there were `passes` evaluations.
+    fn go_down(&mut self, passes: u32, least: &mut Least) {
         while least.passes < passes {
             let mut slope = self.find_direction();
             if slope >= 0.0 {
                 self.search.forget();
                 slope = self.find_direction();
             }
-            let Some(tried) = self.descend(slope, passes, &mut least) else { break };
+            let Some(tried) = self.descend(slope, passes, least) else { break };
             self.accept();
             self.sides.settle(&self.u, &self.accepted.residual);
             self.keep(tried);
         }
-        Ok(least)
+    }
+
+    /// The slope at u: of `passes` evaluations the next.
+    fn evaluate_next(&mut self, passes: u32, least: &mut Least) -> bool {
+        least.passes += 1;
+        self.evaluate(if least.passes == passes { Asked::Contact } else { Asked::Slope })
     }
 
     /// Keeps the step and the change of the slope, of what is searched.
@@ -63,7 +81,7 @@ impl System<'_> {
     /// Goes back to where the clay stands still, if it is lower there: tried where motion as it was leads up
     /// by more than its inertia, which is all that drives clay that was in balance. Either way that tells of
     /// the curvature.
-    fn try_still(&mut self, least: &mut Least) {
+    fn try_still(&mut self, passes: u32, least: &mut Least) {
         let (u, nodes, residual) = (&self.u, &self.nodes, &self.accepted.residual);
         let [back, inertia] = sum_each(&mut self.search.step, |slot, step| {
             let (mut inertia, free) = (0.0, &nodes.free[slot]);
@@ -80,8 +98,7 @@ impl System<'_> {
         }
         std::mem::swap(&mut self.search.before, &mut self.u);
         self.go();
-        let is_sound = self.evaluate(false);
-        least.passes += 1;
+        let is_sound = self.evaluate_next(passes, least);
         let tried = self.judge();
         if is_sound && tried.slope <= -back {
             self.accept();
@@ -105,8 +122,7 @@ impl System<'_> {
             if is_bounded {
                 self.search.take_way(&self.u);
             }
-            let is_sound = self.evaluate(false);
-            least.passes += 1;
+            let is_sound = self.evaluate_next(passes, least);
             let tried = self.judge();
             let rubbed = self.sides.work(&self.search.step);
             let old = if is_bounded { dot(&self.search.step, &self.accepted.residual) + rubbed } else { slope };
@@ -191,7 +207,7 @@ impl System<'_> {
     }
 
     /// The residual with the friction of cuts, along what is searched; none where that is the residual.
-    fn searched(&self) -> Option<Vector> {
+    pub(super) fn searched(&self) -> Option<Vector> {
         if self.sides.is_empty() {
             return None;
         }

@@ -41,6 +41,7 @@ use super::state::State;
 use super::walls::Arrivals;
 use eights::Class;
 use glam::DVec3;
+use kernel::Asked;
 use multigrid::{Finest, Multigrid};
 use pairs::Pairs;
 use search::Search;
@@ -109,6 +110,8 @@ struct System<'a> {
     /// Of the last step that was taken.
     accepted: &'a mut Slope,
     search: &'a mut Search,
+    /// The forces that R is judged by, where an evaluation was last asked for [`Asked::Contact`].
+    scale: f64,
     /// What the preconditioner and L-BFGS took \[s\].
     seconds: f64,
 }
@@ -132,8 +135,22 @@ pub(super) fn step(
     let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
     let [slope, accepted] = slopes;
     let (gravity, nodes, sides) = (nodes.gravity, begun.nodes, begun.sides);
-    let mut system =
-        System { state, classes, rows, multigrid, pass, gravity, nodes, sides, u, slope, accepted, search, seconds: 0.0 };
+    let mut system = System {
+        state,
+        classes,
+        rows,
+        multigrid,
+        pass,
+        gravity,
+        nodes,
+        sides,
+        u,
+        slope,
+        accepted,
+        search,
+        scale: f64::INFINITY,
+        seconds: 0.0,
+    };
     let least = system.minimise(passes)?;
     let mut report = system.end()?;
     (report.passes, report.rejected, report.seconds) = (least.passes, least.rejected, system.seconds);
@@ -141,12 +158,12 @@ pub(super) fn step(
 }
 
 impl System<'_> {
-    /// The slope at u; in the first evaluation also the preconditioner, by the contacts there. False if a
-    /// cell is turned inside out.
-    fn evaluate(&mut self, is_first: bool) -> bool {
+    /// The slope at u; in the first evaluation also the preconditioner, by the contacts there, in the last
+    /// that is planned what R is judged by. False if a cell is turned inside out.
+    fn evaluate(&mut self, asked: Asked) -> bool {
         self.set_rows();
         let (pass, layout) = (&self.pass, self.pass.layout);
-        let is_sound = pass.slope(self.state, self.classes, self.rows, is_first);
+        let is_sound = pass.slope(self.state, self.classes, self.rows, asked);
         let Slope { residual, forces } = &mut *self.slope;
         residual.resize(layout.slots.len(), Block3::ZERO);
         forces.resize(layout.slots.len(), Block3::ZERO);
@@ -166,8 +183,10 @@ impl System<'_> {
         for (slot, residual) in residual.iter_mut().enumerate().filter(|(slot, _)| layout.is_linked[*slot]) {
             nodes.subtract_from_inertia(slot, &u[slot], residual);
         }
-        if is_first {
-            self.precondition();
+        match asked {
+            Asked::First => self.precondition(),
+            Asked::Slope => {}
+            Asked::Contact => self.scale = self.scale(),
         }
         is_sound
     }
@@ -180,7 +199,7 @@ impl System<'_> {
         for_each(self.rows, |slot, rows| rows.set(&u[slot]));
     }
 
-    /// What contact brought last: in the first evaluation its stiffness, at the end its forces.
+    /// What contact brought last: in the first evaluation its stiffness, later its forces.
     fn contact(&self, part: usize) -> Vector {
         let mut contact = vec![Block3::ZERO; self.pass.layout.slots.len()];
         for_each(&mut contact, |slot, contact| {
@@ -236,8 +255,9 @@ impl System<'_> {
 
     /// The particles one step on, and what came of it.
     fn end(&mut self) -> Result<StepReport, Health> {
-        self.sides.rub(&mut self.accepted.residual);
-        self.sides.take_reactions(&mut self.accepted.residual);
+        if let Some(searched) = self.searched() {
+            self.accepted.residual = searched;
+        }
         let residual = dot(&self.accepted.residual, &self.accepted.residual);
         if !residual.is_finite() {
             return Err(Health::NON_FINITE);
@@ -282,7 +302,7 @@ impl System<'_> {
         all
     }
 
-    /// The forces that R is judged by: inertia and contact together, or weight. At the step's end.
+    /// The forces that R is judged by: inertia and contact together, or weight.
     fn scale(&self) -> f64 {
         let nodes = &self.nodes;
         let mut outer = self.contact(0);

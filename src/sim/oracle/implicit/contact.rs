@@ -96,7 +96,7 @@ impl Press {
     }
 
     fn by_blades(&mut self, particle: &Particle, [start, at]: [DVec3; 2], springs: &Springs, around: &Surroundings) {
-        let cell_width = around.domain.cell_width;
+        let (cell_width, springs) = (around.domain.cell_width, springs.of_blade());
         let reach = reach(particle.rest_volume / cell_width.powi(3)) * cell_width;
         for (index, tool) in around.tools.iter().enumerate().filter(|(_, tool)| !tool.is_solid()) {
             let side = particle.key().side(tool.path.sheet_id());

@@ -4,7 +4,8 @@
 //! Each evaluation of the slope is a pass over the particles; there are as many as the plan says, and no
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
-//! line crosses 0, and tried again. What was last accepted is the answer.
+//! line crosses 0, and tried again. What was last accepted is the answer; where it is poor still, judged by
+//! the forces at the last evaluation, there are as many passes again.
 //!
 //! Clay goes on as it moved, or it stands still: the guess is the lower of both. The second is tried where
 //! the first leads up by more than its inertia `sum m_i |u_i|^2 / h^2`, which is all that drives clay that
@@ -13,7 +14,7 @@
 //! The sides of kept cuts bound where it may go ([`pairs`](super::pairs)): each place is made a possible one,
 //! and what closed pairs hold is searched no further.
 
-use super::super::super::implicit::{CURVATURE_MIN, CUT, PAIRS};
+use super::super::super::implicit::{CURVATURE_MIN, CUT, OVERTIME, PAIRS, RESIDUAL_LOST};
 use super::multigrid::Multigrid;
 use super::pairs::Pairs;
 use super::residual::{Slope, System, dot};
@@ -24,17 +25,20 @@ pub(super) struct Least {
     /// Displacements \[m\].
     pub(super) u: Vec<DVec3>,
     pub(super) slope: Slope,
+    /// The forces that R is judged by \[N\], of the last evaluation.
+    scale: f64,
     /// Evaluations of the slope.
     pub(super) passes: u32,
     /// Steps cut.
     pub(super) rejected: u32,
 }
 
-/// Goes down from `guess`, which is a possible one, with at most `passes` evaluations.
+/// Goes down from `guess`, which is a possible one, with at most `passes` evaluations, [`OVERTIME`] times as
+/// many where they leave it poor.
 pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>, passes: u32) -> Least {
     let mut pairs = system.pairs.clone();
     let slope = system.slope(&guess);
-    let mut least = Least { u: guess, slope, passes: 1, rejected: 0 };
+    let mut least = Least { u: guess, slope, scale: f64::INFINITY, passes: 1, rejected: 0 };
     if !least.slope.is_sound {
         // Nothing is as good a start where motion as it was turns a cell inside out.
         let mut still: Vec<DVec3> =
@@ -48,25 +52,41 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
     if least.passes == 1 && passes > 1 {
         known.extend(try_still(system, &mut pairs, &mut least));
     }
+    go_down(system, cycle, &mut pairs, &mut known, &mut least, passes);
+    let residual = searched(&pairs, &least.slope.residual);
+    if dot(&residual, &residual).sqrt() > RESIDUAL_LOST * least.scale {
+        go_down(system, cycle, &mut pairs, &mut known, &mut least, OVERTIME * passes);
+    }
+    least.slope.residual = searched(&pairs, &least.slope.residual);
+    least
+}
+
+/// Steps until there were `passes` evaluations.
+fn go_down(
+    system: &System<'_>,
+    cycle: &Multigrid,
+    pairs: &mut Pairs,
+    known: &mut Vec<[Vec<DVec3>; 2]>,
+    least: &mut Least,
+    passes: u32,
+) {
     while least.passes < passes {
-        let residual = searched(&pairs, &least.slope.residual);
-        let mut step = direction(&known, cycle, &pairs, &residual);
+        let residual = searched(pairs, &least.slope.residual);
+        let mut step = direction(known, cycle, pairs, &residual);
         if dot(&step, &residual) >= 0.0 {
             known.clear();
-            step = direction(&known, cycle, &pairs, &residual);
+            step = direction(known, cycle, pairs, &residual);
         }
-        let Some((slope, u)) = descend(system, &pairs, &mut least, step, passes) else { break };
+        let Some((slope, u)) = descend(system, pairs, least, step, passes) else { break };
         let step = difference(&u, &least.u);
         let change = difference(&slope.residual, &least.slope.residual);
         (least.u, least.slope) = (u, slope);
         pairs.settle(&least.u, &least.slope.residual);
-        known.extend(searched_pair(&pairs, step, change));
+        known.extend(searched_pair(pairs, step, change));
         if known.len() > PAIRS {
             known.remove(0);
         }
     }
-    least.slope.residual = searched(&pairs, &least.slope.residual);
-    least
 }
 
 /// The step and the change of the slope, of what is searched, if they tell of the curvature.
@@ -86,7 +106,7 @@ fn try_still(system: &System<'_>, pairs: &mut Pairs, least: &mut Least) -> Optio
     }
     let still: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
     let slope = system.slope(&still);
-    least.passes += 1;
+    (least.passes, least.scale) = (least.passes + 1, slope.scale);
     let change = difference(&slope.residual, &least.slope.residual);
     let is_sound = slope.is_sound;
     if is_sound && dot(&step, &slope.residual) <= -back {
@@ -122,7 +142,7 @@ fn descend(
         let mut there: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
         pairs.close(&mut there);
         let slope = system.slope(&there);
-        least.passes += 1;
+        (least.passes, least.scale) = (least.passes + 1, slope.scale);
         let way = difference(&there, &least.u);
         let mut end = slope.residual.clone();
         pairs.rub(&mut end);

@@ -63,7 +63,7 @@ pub(super) struct Slope {
     /// Force of stress and contact at each seat \[N\].
     forces: Vec<DVec3>,
     /// What the contact forces, inertia and weight come to: the norm that R is judged by \[N\].
-    scale: f64,
+    pub(super) scale: f64,
     /// Whether no cell was turned inside out.
     pub(super) is_sound: bool,
 }

@@ -291,6 +291,22 @@ fn free_flight_keeps_momentum() {
     assert!(report.balance_error() < 1e-12, "{:e}", report.balance_error());
 }
 
+/// A step that is lost with its passes gets as many again, one that has enough does not.
+#[test]
+fn lost_step_gets_more_passes() {
+    let (domain, dt) = (room(Wall::Slip), 2e-3);
+    let of = |passes| {
+        let mut ball = ball(dt);
+        ball.samples[1].pose.position.y -= 0.3 * DX;
+        let plan = FramePlan { integrator: Integrator::Implicit { passes }, tools: vec![ball], ..plan(clay(), dt) };
+        let mut particles = block(DVec3::new(2.0, 0.0, 2.0), 0.0);
+        particles.iter_mut().for_each(|p| (p.velocity, p.affine) = (DVec3::ZERO, DMat3::ZERO));
+        run(&particles, domain, &plan).1
+    };
+    let [few, many] = [3, 40].map(of);
+    assert_eq!((few.passes, many.passes), (6, 40), "{} {}", few.residual, many.residual);
+}
+
 /// Under a ball the impulses of tool, wall, weight and what is out of balance are all that the clay's
 /// momentum gets; and more passes leave less out of balance.
 #[test]
