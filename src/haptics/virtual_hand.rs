@@ -52,7 +52,7 @@ impl VirtualHand {
     }
 
     /// A clay frame's model that comes at `time` \[s\], later than those before.
-    pub fn expect(&mut self, time: f64, model: ContactModel) {
+    pub fn send(&mut self, time: f64, model: ContactModel) {
         self.arriving.push_back((time, model));
     }
 }

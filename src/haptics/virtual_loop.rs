@@ -100,7 +100,7 @@ impl VirtualLoop {
         let known = end + self.clock.latency;
         let model = id.and_then(|id| self.arm_tool.note(&report, id, known));
         if let Some(model) = model {
-            self.hand.expect(known, model);
+            self.hand.send(known, model);
         }
         Ok(LoopFrame { samples, report: Some(report), model })
     }

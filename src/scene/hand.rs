@@ -80,7 +80,7 @@ impl SceneHand {
         let clock =
             FrameClock { frame: report.plan_id + 1, stamp: known, rate: 1.0, span: self.span, is_resting: report.is_resting() };
         if let Some(touch) = report.touches.iter().find(|touch| touch.id == id) {
-            self.hand.expect(known, self.models.model(touch, report.residual, &clock));
+            self.hand.send(known, self.models.model(touch, report.residual, &clock));
         }
     }
 

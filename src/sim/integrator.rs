@@ -17,7 +17,8 @@ pub enum Integrator {
     /// sound. Density is the material's own. On the native engine; blades press on particles in it, as solid
     /// tools do.
     Implicit {
-        /// Passes over the particles in each step, each of them an evaluation of the potential's slope.
+        /// Passes over the particles in each step, each of them an evaluation of the potential's slope;
+        /// twice as many where they leave half as much again out of balance as clay bears.
         passes: u32,
     },
 }

@@ -4,7 +4,7 @@
 mod implicit;
 mod press;
 
-pub use implicit::{implicit_blades, implicit_cuts, implicit_steps};
+pub use implicit::{implicit_blades, implicit_cuts, implicit_steps, lost};
 pub use press::{
     assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
     tools_in_a_corner, walls_in_a_corner,
@@ -180,7 +180,9 @@ pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     assert!(d.clinging == 0 && d.anchor <= trail(&case.plan).max(1.0) * position, "{name}: {d:?}");
     assert_eq!((ours.welded, ours.sheets), (theirs.welded, theirs.sheets), "{name}");
     assert_eq!((ours.passes, ours.rejected), (theirs.passes, theirs.rejected), "{name}");
-    assert!((ours.residual - theirs.residual).abs() <= 1e-3 * theirs.residual, "{name}: {} {}", ours.residual, theirs.residual);
+    // Of what is as good as found only rounding is left.
+    let residual_off = (ours.residual - theirs.residual).abs();
+    assert!(residual_off <= 1e-3 * theirs.residual + 1e-6, "{name}: {} {}", ours.residual, theirs.residual);
     assert!(ours.has_loose_clay.is_some() && ours.has_loose_clay == theirs.has_loose_clay, "{name}: {:?}", ours.has_loose_clay);
     let scale = theirs.impulse_scale + theirs.momentum_scale;
     for (a, b) in ours.tools.iter().zip(&theirs.tools) {

@@ -236,10 +236,14 @@ fn affine_drive_agrees() {
     assert_all(vec![held_closely("driven", s, p)]);
 }
 
-/// Implicit steps, iteration by iteration.
+/// Implicit steps, iteration by iteration; those too that are lost with their passes and get more.
 #[test]
 fn implicit_steps_agree() {
     assert_all(agreement::implicit_steps());
+    let lost = agreement::lost();
+    let taken = Oracle::new(&lost.case.snapshot).run(&lost.case.plan).passes;
+    assert!(taken > 3 * lost.case.plan.steps, "none is lost in {taken} passes");
+    assert_all(vec![lost]);
 }
 
 /// Flat blades, a wire and a plate in implicit steps, near the least: on the way there the engine's

@@ -68,18 +68,18 @@ pub(super) struct Evaluation {
     pub(super) step: Step,
     /// Plastic strain within which volumes are shared [-]; 0 for none.
     pub(super) averaging: f32,
-    pub(super) asked: Asked,
+    pub(super) purpose: Purpose,
 }
 
-/// What an evaluation finds beside the slope.
+/// What an evaluation is for, beside the slope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Asked {
-    /// The step's first: how volumes are shared, and how stiff contact is.
-    First,
-    /// Nothing.
-    Slope,
-    /// The last that is planned: what contact brings, which tells whether the step is poor.
-    Contact,
+pub(super) enum Purpose {
+    /// The step's first finds how volumes are shared, and how stiff contact is.
+    Begin,
+    /// Nothing else.
+    Search,
+    /// The last that is planned finds what contact brings, by which the step is judged.
+    Judge,
 }
 
 #[inline(always)]
@@ -244,8 +244,8 @@ fn bring<L: Pairs>(
     stencils.scatter::<L>(&moment, push, out);
 }
 
-/// What a class of a block brings to the slope at the displacements `about` it, and what is asked besides.
-/// Whether no cell was turned inside out comes back.
+/// What a class of a block brings to the slope at the displacements `about` it, and what else the evaluation
+/// is for. Whether no cell was turned inside out comes back.
 #[inline(always)]
 pub(super) fn slope_with<L: Pairs>(
     evaluation: &Evaluation,
@@ -254,12 +254,12 @@ pub(super) fn slope_with<L: Pairs>(
     near: Option<&Near<'_>>,
     Scratch { about: u, bent, sharing, .. }: &mut Scratch,
 ) -> bool {
-    let Evaluation { step, averaging, asked } = evaluation;
+    let Evaluation { step, averaging, purpose } = evaluation;
     let Class { eights, shared, forces, contact, .. } = class;
     *forces = Tile4::ZERO;
-    let mut presses = near.map(|near| Presses::new(near, clay, u, (*asked, contact.as_deref_mut())));
+    let mut presses = near.map(|near| Presses::new(near, clay, u, (*purpose, contact.as_deref_mut())));
     // Volumes are shared once a cell's last particle is there, in the first evaluation once all are.
-    let (count, finds_shares) = (eights.len(), *asked == Asked::First && *averaging > 0.0);
+    let (count, finds_shares) = (eights.len(), *purpose == Purpose::Begin && *averaging > 0.0);
     let window = if finds_shares { count } else { shared.iter().map(Cell::window).max().unwrap_or(1) };
     let mask = window.next_power_of_two() - 1;
     bent.resize(bent.len().max(mask + 1), Bent::ZERO);
@@ -296,8 +296,8 @@ struct Presses<'a> {
     clay: (&'a [Hot], &'a [Cold]),
     /// No particle moves further: weights sum up to 1.
     way_max: f32,
-    asked: Asked,
-    /// Where what is asked goes: stiffness, its diagonal and what is beside it, or what they bring.
+    purpose: Purpose,
+    /// Where what is found goes: stiffness, its diagonal and what is beside it, or what they bring.
     contact: Option<&'a mut [Tile4; 2]>,
 }
 
@@ -306,13 +306,13 @@ impl<'a> Presses<'a> {
         near: &'a Near<'a>,
         clay: (&'a [Hot], &'a [Cold]),
         u: &Tile4,
-        (asked, contact): (Asked, Option<&'a mut [Tile4; 2]>),
+        (purpose, contact): (Purpose, Option<&'a mut [Tile4; 2]>),
     ) -> Self {
-        let mut contact = contact.filter(|_| asked != Asked::Slope);
+        let mut contact = contact.filter(|_| purpose != Purpose::Search);
         if let Some(contact) = &mut contact {
             **contact = [Tile4::ZERO; 2];
         }
-        Self { near, clay, way_max: u.length_max(), asked, contact }
+        Self { near, clay, way_max: u.length_max(), purpose, contact }
     }
 
     /// What they give the particles of the eight of this index.
@@ -335,11 +335,11 @@ impl<'a> Presses<'a> {
             if f64::from(eight.clear.0[k]) > moved.length() {
                 continue;
             }
-            let is_first = self.asked == Asked::First;
-            let press = self.near.press((hot, cold), moved, is_first, None);
+            let begins = self.purpose == Purpose::Begin;
+            let press = self.near.press((hot, cold), moved, begins, None);
             (0..3).for_each(|d| push[d].0[k] = press.velocity[d] * hot.mass);
             let Some(contact) = self.contact.as_deref_mut() else { continue };
-            let found = if is_first { press.stiffness } else { [press.velocity, [0.0; 3]] };
+            let found = if begins { press.stiffness } else { [press.velocity, [0.0; 3]] };
             for (of, tile) in found.iter().zip(contact).filter(|(of, _)| **of != [0.0; 3]) {
                 stencils.add_one(k, of.map(|s| s * hot.mass), tile);
             }

@@ -4,7 +4,7 @@
 use super::super::super::health::Health;
 use super::super::super::implicit::{CUT, OVERTIME, PAIRS, RESIDUAL_LOST};
 use super::System;
-use super::kernel::Asked;
+use super::kernel::Purpose;
 use super::search::{Search, Tried};
 use super::vectors::{Block3, Vector, add, dot, dot_of, for_each, set_sum, sum_each, sum_over};
 use std::time::Instant;
@@ -19,16 +19,16 @@ pub(super) struct Least {
 
 impl System<'_> {
     /// Goes down from the guess in `u` with at most `passes` evaluations, [`OVERTIME`] times as many where
-    /// they leave it poor. A cell that is turned inside out even where the clay stands still is a step too
+    /// they leave it lost. A cell that is turned inside out even where the clay stands still is a step too
     /// long.
     pub(super) fn minimise(&mut self, passes: u32) -> Result<Least, Health> {
         let mut least = Least { passes: 1, rejected: 0 };
         self.search.begin(self.u.len());
         self.sides.begin(&mut self.u);
-        if !self.evaluate(Asked::First) {
+        if !self.evaluate(Purpose::Begin) {
             self.hold_still();
             self.sides.begin(&mut self.u);
-            if !self.evaluate(Asked::First) {
+            if !self.evaluate(Purpose::Begin) {
                 return Err(Health::SPEED);
             }
             least.passes = 2;
@@ -65,7 +65,7 @@ impl System<'_> {
     /// The slope at u: of `passes` evaluations the next.
     fn evaluate_next(&mut self, passes: u32, least: &mut Least) -> bool {
         least.passes += 1;
-        self.evaluate(if least.passes == passes { Asked::Contact } else { Asked::Slope })
+        self.evaluate(if least.passes == passes { Purpose::Judge } else { Purpose::Search })
     }
 
     /// Keeps the step and the change of the slope, of what is searched.

@@ -41,7 +41,7 @@ use super::state::State;
 use super::walls::Arrivals;
 use eights::Class;
 use glam::DVec3;
-use kernel::Asked;
+use kernel::Purpose;
 use multigrid::{Finest, Multigrid};
 use pairs::Pairs;
 use search::Search;
@@ -110,7 +110,7 @@ struct System<'a> {
     /// Of the last step that was taken.
     accepted: &'a mut Slope,
     search: &'a mut Search,
-    /// The forces that R is judged by, where an evaluation was last asked for [`Asked::Contact`].
+    /// The forces that R is judged by, where the last evaluation to [judge](Purpose::Judge) was.
     scale: f64,
     /// What the preconditioner and L-BFGS took \[s\].
     seconds: f64,
@@ -160,10 +160,10 @@ pub(super) fn step(
 impl System<'_> {
     /// The slope at u; in the first evaluation also the preconditioner, by the contacts there, in the last
     /// that is planned what R is judged by. False if a cell is turned inside out.
-    fn evaluate(&mut self, asked: Asked) -> bool {
+    fn evaluate(&mut self, purpose: Purpose) -> bool {
         self.set_rows();
         let (pass, layout) = (&self.pass, self.pass.layout);
-        let is_sound = pass.slope(self.state, self.classes, self.rows, asked);
+        let is_sound = pass.slope(self.state, self.classes, self.rows, purpose);
         let Slope { residual, forces } = &mut *self.slope;
         residual.resize(layout.slots.len(), Block3::ZERO);
         forces.resize(layout.slots.len(), Block3::ZERO);
@@ -183,10 +183,10 @@ impl System<'_> {
         for (slot, residual) in residual.iter_mut().enumerate().filter(|(slot, _)| layout.is_linked[*slot]) {
             nodes.subtract_from_inertia(slot, &u[slot], residual);
         }
-        match asked {
-            Asked::First => self.precondition(),
-            Asked::Slope => {}
-            Asked::Contact => self.scale = self.scale(),
+        match purpose {
+            Purpose::Begin => self.precondition(),
+            Purpose::Search => {}
+            Purpose::Judge => self.scale = self.find_scale(),
         }
         is_sound
     }
@@ -270,7 +270,7 @@ impl System<'_> {
         }
         let (clamped, mut felt) = self.pass.end(self.state, self.classes, self.rows);
         report.unbalanced += self.balance_work(&mut felt);
-        report.residual = residual.sqrt() / self.scale().max(f64::MIN_POSITIVE);
+        report.residual = residual.sqrt() / self.find_scale().max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];
         report.grid.add(&felt);
         report.clamped = clamped;
@@ -303,7 +303,7 @@ impl System<'_> {
     }
 
     /// The forces that R is judged by: inertia and contact together, or weight.
-    fn scale(&self) -> f64 {
+    fn find_scale(&self) -> f64 {
         let nodes = &self.nodes;
         let mut outer = self.contact(0);
         self.pass.layout.fold(&mut outer);

@@ -14,7 +14,7 @@ use super::super::step::Step;
 use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
 use super::eights::{self, Class, Eight};
-use super::kernel::{self, Asked, Evaluation, Scratch};
+use super::kernel::{self, Evaluation, Purpose, Scratch};
 use super::layout::Layout;
 use super::tile::{Rows, Tile4};
 use super::vectors::{Block3, for_each};
@@ -179,8 +179,8 @@ pub(super) fn find_sources(layout: &Layout, tagged_slots: &[Vec<u32>], classes: 
 impl Pass<'_, '_> {
     /// Finds the slope's particle part at `u`, class by class. Whether no cell was turned inside out comes
     /// back.
-    pub(super) fn slope(&self, state: &State, classes: &mut [Class], u: &[Rows], asked: Asked) -> bool {
-        let evaluation = Evaluation { step: self.s.step, averaging: self.averaging, asked };
+    pub(super) fn slope(&self, state: &State, classes: &mut [Class], u: &[Rows], purpose: Purpose) -> bool {
+        let evaluation = Evaluation { step: self.s.step, averaging: self.averaging, purpose };
         let sound = classes.par_iter_mut().with_min_len(2).map_init(Scratch::default, |scratch, class| {
             let (first, count) = class.particles;
             let clay = (&state.hot[first..first + count], &state.cold[first..first + count]);
@@ -211,7 +211,7 @@ impl Pass<'_, '_> {
     /// Ends the step at `u`. Returns particles clamped and what tools and separating walls felt.
     pub(super) fn end(&self, state: &mut State, classes: &mut [Class], u: &[Rows]) -> (u64, GridReport) {
         let s = self.s;
-        let evaluation = Evaluation { step: s.step, averaging: self.averaging, asked: Asked::Contact };
+        let evaluation = Evaluation { step: s.step, averaging: self.averaging, purpose: Purpose::Judge };
         let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
         let clay = split(&mut state.hot, &lengths).into_iter().zip(split(&mut state.cold, &lengths));
         let tasks: Vec<_> = classes.iter_mut().zip(clay).collect();

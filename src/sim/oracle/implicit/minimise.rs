@@ -4,7 +4,7 @@
 //! Each evaluation of the slope is a pass over the particles; there are as many as the plan says, and no
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
-//! line crosses 0, and tried again. What was last accepted is the answer; where it is poor still, judged by
+//! line crosses 0, and tried again. What was last accepted is the answer; where it is lost still, judged by
 //! the forces at the last evaluation, there are as many passes again.
 //!
 //! Clay goes on as it moved, or it stands still: the guess is the lower of both. The second is tried where
@@ -34,7 +34,7 @@ pub(super) struct Least {
 }
 
 /// Goes down from `guess`, which is a possible one, with at most `passes` evaluations, [`OVERTIME`] times as
-/// many where they leave it poor.
+/// many where they leave it lost.
 pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>, passes: u32) -> Least {
     let mut pairs = system.pairs.clone();
     let slope = system.slope(&guess);

@@ -35,6 +35,14 @@ fn stopped(name: &str, is_kept: impl Fn(usize) -> bool) -> Agreement {
     held(format!("implicit, {name} stopped by the floor"), s, p, 0)
 }
 
+/// Crumbs that a floor stops, in steps of so few passes that they are lost, and get more.
+pub fn lost() -> Agreement {
+    let mut crumbs = stopped("crumbs", |i| i % 7 < 2);
+    crumbs.name = "implicit, lost steps".into();
+    crumbs.case.plan.integrator = Integrator::Implicit { passes: 3 };
+    crumbs
+}
+
 /// A ball with each contact, on each floor, and clay that a floor stops.
 pub fn implicit_steps() -> Vec<Agreement> {
     let of = |floor: Wall, contact: Contact| {
