@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what a bare Debian or Ubuntu with Rust lacks: a C compiler, which Rust links with, and certificates, which cargo
 # downloads with; with --window also what a window loads at run time: X libraries, the Vulkan loader and, where no Vulkan driver is
-# there, a software driver; with --test a virtual display and a mouse for it; with --all-of-bevy what compiling Bevy with its default features
+# there, a software driver; with --test a virtual display, a mouse for it, and what a Debian with a virtual headset is made with; with --all-of-bevy what compiling Bevy with its default features
 # takes. Components of Rust may be named too:
 # bash scripts/install.sh --window --test rustfmt clippy
 # Says in one line what it installs; with everything in place it says nothing.
@@ -36,7 +36,7 @@ for argument in "$@"; do
             lacking mesa-vulkan-drivers
         ;;
     --all-of-bevy) lacking pkg-config libasound2-dev libudev-dev libwayland-dev ;;
-    --test) lacking xvfb xauth xdotool imagemagick ;;
+    --test) lacking xvfb xauth xdotool imagemagick debootstrap iproute2 ;;
     *) components+=("$argument") ;;
     esac
 done

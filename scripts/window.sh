@@ -12,7 +12,7 @@ name=window.sh
 # shellcheck source=scripts/display.sh
 . scripts/display.sh
 # The package alone, as scripts/test.sh builds it: the whole workspace has other features, and all would be compiled once more.
-cargo build --quiet -p bevy_clay --features "demo inspector" --example sculpt
+cargo build --quiet -p bevy_clay --features "demo inspector xr" --example sculpt
 sculpt=${CARGO_TARGET_DIR:-target}/debug/examples/sculpt
 open_display
 

@@ -11,6 +11,7 @@
 //! | [`scene`]   | scene files, mesh files   | snapshots, tool paths, mesh files  | winding number       |
 //! | `plugin`    | Bevy's clock and entities | frame plans, Bevy components       | -                    |
 //! | `ui`        | Bevy components           | egui panels on them                | -                    |
+//! | `xr`        | an OpenXR runtime         | tools in hands, in a headset       | -                    |
 //!
 //! Units are SI, right-handed, Y up. State is f32 on the device and in the engines, f64 in the oracle.
 //! Matrices are column-major: `affine[c][r]` is the derivative of velocity component `r` along axis `c`.
@@ -43,6 +44,8 @@ pub mod sim;
 pub mod surface;
 #[cfg(feature = "inspector")]
 pub mod ui;
+#[cfg(feature = "xr")]
+pub mod xr;
 
 /// What an app needs. The solver's own rooms have preludes of their own: [`sim::prelude`],
 /// [`scene::prelude`], [`surface::prelude`].
@@ -61,9 +64,16 @@ pub mod prelude {
     pub use crate::sim::tool::{Contact, Pose, Tool, ToolShape};
     #[cfg(feature = "inspector")]
     pub use crate::ui::prelude::*;
+    #[cfg(feature = "xr")]
+    pub use crate::xr::prelude::*;
 }
 
 /// The README's examples are doc tests, with what they draw by.
 #[cfg(all(doctest, feature = "demo"))]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// So are those of the guide to haptic arms.
+#[cfg(all(doctest, feature = "demo"))]
+#[doc = include_str!("../docs/haptics.md")]
+struct HapticsGuide;

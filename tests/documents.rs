@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 4] = ["docs/ARCHITECTURE.md", "docs/DEVIATIONS.md", "docs/EVIDENCE.md", "docs/haptics.md"];
+const DOCUMENTS: [&str; 5] = ["docs/ARCHITECTURE.md", "docs/DEVIATIONS.md", "docs/EVIDENCE.md", "docs/haptics.md", "docs/xr.md"];
 /// What the paths that are looked up begin with.
 const FOLDERS: [&str; 8] = [".cargo", "assets", "benches", "docs", "examples", "scripts", "src", "tests"];
 /// Modules whose paths are looked up.
-const MODULES: [&str; 6] = ["sim", "surface", "haptics", "scene", "plugin", "ui"];
+const MODULES: [&str; 7] = ["sim", "surface", "haptics", "scene", "plugin", "ui", "xr"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

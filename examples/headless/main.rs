@@ -9,7 +9,7 @@
 //! | `args`      | command line             | scene file, folder, frames, pictures                    |
 //! | `places`    | scene, folder            | the files of this run, each known to be writable        |
 //! | `run`       | built scene              | engine at the run's end, why it ended, what a hand felt |
-//! | `record`    | plans, reports           | a recording (`--record`)                                |
+//! | `record`    | the engine               | the same, recorded (`--record`)                         |
 //! | `replay`    | a recording (`--replay`) | the run again, without scene and files                  |
 //! | `tally`     | frame reports            | `metrics.csv`, sums and extremes, checks                |
 //! | `write`     | all of these             | the files, the summary, faults                          |
@@ -77,7 +77,7 @@ fn answer(args: &Args) -> Result<Exit, String> {
 /// Everything that can be refused before the first frame, done.
 struct Ready {
     built: BuiltScene,
-    engine: NativeEngine,
+    engine: Box<dyn Engine>,
     places: Places,
     record: Record,
     began: Instant,
@@ -88,11 +88,17 @@ fn prepare(args: &Args) -> Result<Ready, String> {
     let began = Instant::now();
     let scene = ClayScene::load(args.scene()).map_err(|e| e.to_string())?;
     let built = scene.build(args.scene().parent().unwrap_or(Path::new("."))).map_err(|e| e.to_string())?;
-    let mut engine = NativeEngine::new();
-    engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file))?;
     let places = Places::prepare(args, &built)?;
-    let record = interrupt::watch().and_then(|()| Record::begin(args.record.as_deref(), &engine, &built.snapshot));
-    let record = record.inspect_err(|_| places.withdraw())?;
+    let (mut record, mut engine) = Record::of(args.record.as_deref(), NativeEngine::new());
+    let loaded = interrupt::watch()
+        .and_then(|()| engine.load(&built.snapshot).map_err(|e| format!("{}: {e}", built.scene.file)))
+        .and_then(|()| record.fault().map_or(Ok(()), Err));
+    if let Err(error) = loaded {
+        drop(engine);
+        record.withdraw();
+        places.withdraw();
+        return Err(error);
+    }
     built.warnings.iter().for_each(|warning| say::warning(warning));
     Ok(Ready { built, engine, places, record, began })
 }
@@ -101,10 +107,11 @@ fn prepare(args: &Args) -> Result<Ready, String> {
 fn finish(args: &Args, ready: Ready) -> Exit {
     let Ready { built, mut engine, places, record, began } = ready;
     let mut run = Run::new(&built, args, record);
-    let mut results = Results::new(&built, &places, &engine, began);
+    let mut results = Results::new(&built, &places, engine.describe(), began);
     // In place of an earlier run's, which would pass for this one's if this one is killed; and where it
     // cannot be written nothing can.
     if !results.write_summary(&run) {
+        drop(engine);
         run.record.withdraw();
         places.withdraw();
         return Exit::Input;
@@ -118,8 +125,8 @@ fn finish(args: &Args, ready: Ready) -> Exit {
         run.frames,
         engine.describe()
     ));
-    run.run(&built, &mut engine);
-    results.write(&mut engine, &mut run);
+    run.run(&built, engine.as_mut());
+    results.write(engine, &run);
     results.write_pictures(&mut run, args);
     results.conclude(&run)
 }

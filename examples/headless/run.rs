@@ -48,7 +48,7 @@ impl Run {
     }
 
     /// Runs the frames, to the last of them or to where something ends the run.
-    pub(crate) fn run(&mut self, built: &BuiltScene, engine: &mut NativeEngine) {
+    pub(crate) fn run(&mut self, built: &BuiltScene, engine: &mut dyn Engine) {
         let cell_width = built.snapshot.domain.cell_width;
         let mut planner = built.planner();
         let mut progress = Progress::new(self.frames);
@@ -63,7 +63,7 @@ impl Run {
                 None => built.next(frame, &mut planner),
             };
             let Decision::Run(plan) = next else { continue };
-            let report = self.record.submit(engine, &plan).and_then(|()| engine.wait());
+            let report = engine.submit(plan.clone()).and_then(|()| engine.wait());
             planner.sent();
             match report {
                 Ok(report) => self.last = report,
@@ -72,7 +72,6 @@ impl Run {
                     break;
                 }
             }
-            self.record.report(&self.last);
             planner.note(&mut self.last);
             self.hand.iter_mut().for_each(|hand| hand.note(&self.last));
             self.tally.add(&self.last, cell_width);
@@ -93,7 +92,7 @@ impl Run {
     }
 
     /// Keeps what a picture shows, after the frames of which one is taken.
-    fn look(&mut self, engine: &NativeEngine, plan: &FramePlan) {
+    fn look(&mut self, engine: &dyn Engine, plan: &FramePlan) {
         let frame = plan.id + 1;
         if !pictures::ARE_DRAWN || self.pictured.binary_search(&frame).is_err() {
             return;

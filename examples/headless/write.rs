@@ -7,6 +7,7 @@ use crate::{Exit, pictures, say};
 use bevy_clay::prelude::*;
 use bevy_clay::scene::line::named;
 use bevy_clay::scene::prelude::*;
+use bevy_clay::sim::frame::SurfaceSource;
 use bevy_clay::surface::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -51,8 +52,8 @@ pub(crate) struct Results<'a> {
 }
 
 impl<'a> Results<'a> {
-    pub(crate) fn new(built: &'a BuiltScene, places: &'a Places, engine: &NativeEngine, began: Instant) -> Self {
-        Self { built, places, engine: engine.describe(), began, clay: None, surface: Value::Null, faults: vec![] }
+    pub(crate) fn new(built: &'a BuiltScene, places: &'a Places, engine: String, began: Instant) -> Self {
+        Self { built, places, engine, began, clay: None, surface: Value::Null, faults: vec![] }
     }
 
     fn fault(&mut self, fault: String) {
@@ -60,8 +61,8 @@ impl<'a> Results<'a> {
         self.faults.push(fault);
     }
 
-    /// Writes all but the pictures, and checks the run.
-    pub(crate) fn write(&mut self, engine: &mut NativeEngine, run: &mut Run) {
+    /// Writes all but the pictures, and checks the run; with its engine the recording ends.
+    pub(crate) fn write(&mut self, mut engine: Box<dyn Engine>, run: &Run) {
         match &run.end {
             End::Stopped(reason) => self.fault(reason.clone()),
             End::Interrupted => say::line(&format!("interrupted after {} of {} frames", run.tally.frames, run.frames)),
@@ -82,8 +83,10 @@ impl<'a> Results<'a> {
             Ok(clay) => self.clay = Some(clay),
             Err(error) => self.fault(format!("no particles: {error}")),
         }
-        run.record.end(self.clay.as_ref()).into_iter().for_each(|fault| self.fault(fault));
-        self.write_surface(engine, run);
+        let surface = self.places.surface.as_ref().and_then(|_| engine.surface());
+        drop(engine);
+        run.record.fault().into_iter().for_each(|fault| self.fault(format!("the recording ends early: {fault}")));
+        self.write_surface(surface, run);
         if let (Some(path), Some(clay)) = (&self.places.particles, &self.clay) {
             self.wrote(write_particles(path, clay));
         }
@@ -95,10 +98,10 @@ impl<'a> Results<'a> {
         written.map_err(|error| self.fault(error.to_string())).ok()
     }
 
-    fn write_surface(&mut self, engine: &mut NativeEngine, run: &Run) {
+    fn write_surface(&mut self, source: Option<SurfaceSource>, run: &Run) {
         let outputs = &self.built.scene.outputs;
         let Some(path) = &self.places.surface else { return };
-        let Some(source) = engine.surface() else {
+        let Some(source) = source else {
             return self.fault("no surface: the engine has none".into());
         };
         // Grains are no solid: they are left out of what is written.

@@ -65,9 +65,19 @@ pub(crate) struct Args {
     /// Where the surface that is shown is made.
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) surface: SurfaceArg,
-    /// A haptic arm that leads a tool of its own beside the mouse's.
+    /// A haptic arm that leads a tool of its own beside the mouse's, or those of the hands in a headset.
     #[arg(long, value_enum)]
     pub(crate) arm: Option<ArmArg>,
+    /// Placement file (RON) that says where the arm stands, as (position: (0.1, 0.8, -0.4), scale: 2);
+    /// without one it stands by the clay.
+    #[arg(long, value_name = "FILE", requires = "arm")]
+    pub(crate) placement: Option<PathBuf>,
+    /// Sculpts in a headset, through an OpenXR runtime; in the window where there is none.
+    #[arg(long)]
+    pub(crate) xr: bool,
+    /// Records the run of the clay into FILE, in place of what is there, for `headless --replay FILE`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
     /// Folder for exported files.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
@@ -80,9 +90,9 @@ impl Args {
     /// The command line. Asked for help, it is printed and the program ends.
     ///
     /// # Errors
-    /// One line that names the argument that is wrong, or says that there is no display.
+    /// One line that names the argument that is wrong.
     pub(crate) fn read() -> Result<Self, String> {
-        let args = Self::try_parse().map_err(|error| {
+        Self::try_parse().map_err(|error| {
             if !error.use_stderr() {
                 error.exit();
             }
@@ -90,14 +100,15 @@ impl Args {
             let text = error.to_string();
             let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
             lines.join(" ").trim_start_matches("error: ").to_string()
-        })?;
-        display()?;
-        Ok(args)
+        })
     }
 }
 
 /// Whether a window can be opened at all.
-fn display() -> Result<(), String> {
+///
+/// # Errors
+/// One line that says that there is no display.
+pub(crate) fn display() -> Result<(), String> {
     let is_set = std::env::var_os("DISPLAY").is_some_and(|value| !value.is_empty());
     if cfg!(target_os = "linux") && !is_set {
         return Err("there is no display (DISPLAY is not set); `xvfb-run` makes one, the example `headless` needs none".into());

@@ -11,7 +11,7 @@ use bevy_clay::prelude::*;
 use bevy_egui::input::egui_wants_any_keyboard_input;
 
 /// Length of the clay's ball over a unit of the tools.
-const UNITS: f32 = 4.0;
+pub(crate) const UNITS: f32 = 4.0;
 
 /// Owns the [`Hand`].
 pub(crate) struct HandPlugin;
@@ -62,7 +62,7 @@ impl ToolKind {
     }
 }
 
-/// The tool in hand.
+/// The tool in hand: the mouse's, or one of a hand in a headset.
 #[derive(Resource, Clone, Debug, PartialEq)]
 pub(crate) struct Hand {
     pub(crate) kind: ToolKind,
@@ -95,7 +95,7 @@ impl Hand {
 
     /// Half the tool's extents \[m\], its own y standing on the surface; of the knife: along the stroke, along
     /// the view, nothing.
-    fn half(&self) -> Vec3 {
+    pub(crate) fn half(&self) -> Vec3 {
         let s = self.unit * self.size;
         match self.kind {
             ToolKind::Ball => Vec3::splat(s),

@@ -9,6 +9,10 @@ use bevy::prelude::*;
 const BACKGROUND: Color = Color::srgb(0.60, 0.64, 0.67);
 const BOARD: Color = Color::srgb(0.46, 0.40, 0.33);
 
+/// What the clay stands on.
+#[derive(Component)]
+pub(crate) struct Board;
+
 /// Sets the stage.
 pub(crate) struct StagePlugin;
 
@@ -27,6 +31,7 @@ fn lay_board(extent: Res<Extent>, mut meshes: ResMut<Assets<Mesh>>, mut looks: L
     let gap = 2e-3 * radius;
     let look = StandardMaterial { base_color: BOARD, perceptual_roughness: 0.9, reflectance: 0.2, ..default() };
     let mut board = commands.spawn((
+        Board,
         Name::new("board"),
         Mesh3d(meshes.add(Cylinder::new(width, height).mesh().resolution(96).build())),
         Transform::from_xyz(middle.x, floor - gap - height / 2.0, middle.z),

@@ -41,6 +41,7 @@ pub(crate) struct Start {
     clay: Option<(PathBuf, ClayFile)>,
     engine: EngineArg,
     surface: SurfaceBackend,
+    record: Option<PathBuf>,
 }
 
 /// The room that the clay takes, for what is put around it.
@@ -80,7 +81,7 @@ impl Start {
         let scene = scene.and_then(|scene| scene.build(&folder)).map_err(|e| e.to_string())?;
         let read = |file: &PathBuf| ClayFile::load(file).map(|clay| (file.clone(), clay));
         let clay = args.clay.as_ref().map(read).transpose().map_err(|e| e.to_string())?;
-        Ok(Self { scene, folder, clay, engine: args.engine, surface: args.surface.into() })
+        Ok(Self { scene, folder, clay, engine: args.engine, surface: args.surface.into(), record: args.record.clone() })
     }
 
     /// The clay as it is, or in coarser cells if there is no graphics processor for so much.
@@ -137,6 +138,9 @@ fn spawn(
         ClayHistory::default(),
     ));
     looks.put_on_clay(&mut clay);
+    if let Some(file) = &start.record {
+        clay.insert(ClayRecording::new(file));
+    }
     if let Some((file, _)) = &start.clay {
         clay.insert(MaterialFile::new(file));
     }

@@ -32,13 +32,17 @@ impl Default for HandOrders {
 pub struct TickTiming {
     /// Ticks so far.
     pub ticks: u64,
+    /// Counts the spells of half a second that were measured: what follows is of the latest.
+    pub spell: u64,
+    /// Ticks of that spell.
+    pub spell_ticks: u32,
     /// Ticks a second \[Hz\].
     pub rate: f64,
     /// Deviation of the time between two ticks from its mean, as root of its mean square \[s\].
     pub jitter: f64,
     /// Greatest time between two ticks \[s\].
     pub interval_max: f64,
-    /// From the pose to its force: what a tick takes, on average \[s\].
+    /// From the pose to its force, as far as it is the host's: what a tick takes, on average \[s\].
     pub compute_mean: f64,
     /// The same at most \[s\].
     pub compute_max: f64,
@@ -153,7 +157,8 @@ impl Servo for GuardedServo {
         }
         // Another hand, somewhere else.
         self.clay.forget();
-        (self.clutch, self.meter) = (Clutch::default(), Meter { ticks: self.meter.ticks, ..Meter::default() });
+        let told = TickTiming { spell: self.meter.told.spell, ..TickTiming::default() };
+        (self.clutch, self.meter) = (Clutch::default(), Meter { ticks: self.meter.ticks, told, ..Meter::default() });
         self.devices += 1;
     }
 
@@ -254,6 +259,8 @@ impl Meter {
             let mean = (began - start) / count;
             self.told = TickTiming {
                 ticks: self.ticks,
+                spell: self.told.spell + 1,
+                spell_ticks: self.count,
                 rate: 1.0 / mean,
                 jitter: (self.squares / count - mean * mean).max(0.0).sqrt(),
                 interval_max: self.longest,

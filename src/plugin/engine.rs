@@ -9,9 +9,11 @@ use super::events::ClayReady;
 use super::held::HeldTime;
 use super::pace::Pace;
 use super::plans::Plans;
+use super::record::{self, ClayRecording};
 use super::run::SharedRun;
 use super::schedule::{ClaySystems, schedule};
 use super::status::{ClayError, ClayMetrics, ClayStatus};
+use crate::scene::recording::engine::SharedRecorder;
 use crate::sim::engine::{Deferred, Engine, EngineError, StateLost, StateTicket};
 use crate::sim::frame::SurfaceSource;
 use crate::sim::native::NativeEngine;
@@ -56,8 +58,8 @@ pub struct ClayEngine {
 }
 
 impl ClayEngine {
-    /// Loads `snapshot` into an engine of the wanted kind. Takes its time.
-    fn launch(want: Want, snapshot: Arc<Snapshot>) -> Result<Self, EngineError> {
+    /// Loads `snapshot` into an engine of the wanted kind, recorded if there is a recorder. Takes its time.
+    fn launch(want: Want, snapshot: Arc<Snapshot>, recorder: Option<SharedRecorder>) -> Result<Self, EngineError> {
         let (mut engine, bridge): (Box<dyn Engine>, _) = match &want.device {
             None => (Box::new(NativeEngine::new()), None),
             Some(device) => {
@@ -65,6 +67,9 @@ impl ClayEngine {
                 (Box::new(engine), Some(bridge))
             }
         };
+        if let Some(recorder) = recorder {
+            engine = Box::new(recorder.record(engine));
+        }
         engine.load(&snapshot)?;
         Ok(Self {
             name: engine.describe(),
@@ -223,10 +228,12 @@ pub(super) struct EngineStart {
     declined: Option<(SharedDevice, Instant, String)>,
     /// Why the clay has no engine.
     error: Option<String>,
-    /// Whether an arm touches the clay.
-    is_armed: bool,
+    /// Whether it was said that an arm keeps the clay from the engine that it should have.
+    is_arm_said: bool,
     /// Why it has not the one it should have.
     fallback: Option<String>,
+    /// What engines are recorded into.
+    recorder: Option<SharedRecorder>,
 }
 
 impl EngineStart {
@@ -282,8 +289,8 @@ impl EngineStart {
     }
 
     fn spawn(&mut self, want: Want, snapshot: impl Future<Output = Result<Arc<Snapshot>, EngineError>> + Send + 'static) {
-        let wanted = want.clone();
-        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::launch(wanted, snapshot.await?) });
+        let (wanted, recorder) = (want.clone(), self.recorder.clone());
+        let task = AsyncComputeTaskPool::get().spawn(async move { ClayEngine::launch(wanted, snapshot.await?, recorder) });
         self.under_way = Some((want, task));
     }
 
@@ -344,7 +351,8 @@ impl Plugin for EnginePlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<Clay, EngineStart>();
         let schedule = schedule(app);
-        app.add_observer(end).add_systems(schedule, (start, admit, keep).chain().in_set(ClaySystems::Report).after(base::build));
+        app.add_observer(end)
+            .add_systems(schedule, (start, admit, keep, record::say).chain().in_set(ClaySystems::Report).after(base::build));
     }
 }
 
@@ -358,14 +366,22 @@ fn end(gone: On<Remove, Clay>, mut commands: Commands) {
 pub(super) struct Armed;
 
 /// Clay that should have an engine.
-type Wanted<'a> = (Entity, &'a Base, &'a ClaySettings, &'a mut EngineStart, Option<&'a mut ClayEngine>, Has<Armed>);
+type Wanted<'a> = (
+    Entity,
+    &'a Base,
+    &'a ClaySettings,
+    &'a mut EngineStart,
+    (Option<&'a mut ClayEngine>, Option<&'a ClayRecording>),
+    Has<Armed>,
+);
 
 /// Starts the engine of each clay that has none, or not the one it should have.
 pub(super) fn start(mut clays: Query<Wanted>, app: AppDevice, held: Res<HeldTime>) {
     let _watch = held.watch();
-    for (entity, base, settings, mut start, engine, is_armed) in &mut clays {
+    for (entity, base, settings, mut start, (engine, recording), is_armed) in &mut clays {
         let Some(source) = base.snapshot.clone() else { continue };
         let start = start.bypass_change_detection();
+        start.recorder = recording.map(|recording| recording.recorder.clone());
         let mut engine = engine.map(Mut::into_inner);
         if let Some(ClayEngine { stopped: Some(reason), want: Want { device: Some(device), .. }, .. }) = engine.as_deref()
             && start.declined.as_ref().is_none_or(|(declined, ..)| declined != device)
@@ -373,10 +389,11 @@ pub(super) fn start(mut clays: Query<Wanted>, app: AppDevice, held: Res<HeldTime
             start.declined = Some((device.clone(), Instant::now(), reason.to_string()));
         }
         let Ok(device) = start.device(settings, app.get(), is_armed) else { continue };
-        if is_armed && !std::mem::replace(&mut start.is_armed, is_armed) && engine.as_ref().is_some_and(|e| e.runs_on_device()) {
+        let is_kept_off = start.fallback.is_some() || engine.as_ref().is_some_and(|engine| engine.runs_on_device());
+        if is_armed && is_kept_off && !start.is_arm_said {
             info!("clay {entity}: {ARMED}");
         }
-        start.is_armed = is_armed;
+        start.is_arm_said = is_armed && (is_kept_off || start.is_arm_said);
         let want = Want { source, device };
         if let Some(engine) = engine.as_deref_mut() {
             // A clay that was replaced stands still until the next is ready, unless that was refused.

@@ -16,6 +16,7 @@
 //! | [`undo`]        | strokes                       | [`ClayHistory`], the clay as it stood after each  |
 //! | `gpu`           | GPU engines                   | their passes in the app's render graph            |
 //! | [`follow`]      | clay files                    | [`ClayMaterial`], when they change                |
+//! | [`record`]      | engines                       | a run on file, [`ClayRecording`]                  |
 //! | [`recover`]     | errors of the graphics device | an app that goes on                               |
 //! | `report`        | frames that have ended        | [`ClayReport`], [`ToolForce`], [`ClayStatus`]     |
 //! | [`tool`]        | [`SculptTool`]                | ways, swept                                       |
@@ -49,6 +50,7 @@
 //! [`ClayHistory`]: undo::ClayHistory
 //! [`SculptTool`]: tool::SculptTool
 //! [`HapticSession`]: feel::HapticSession
+//! [`ClayRecording`]: record::ClayRecording
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -80,6 +82,7 @@ pub mod material;
 pub mod ops;
 mod pace;
 mod plans;
+pub mod record;
 pub mod recover;
 mod reflect;
 mod report;
@@ -129,6 +132,7 @@ pub mod prelude {
     pub use super::gizmos::{ClayGizmos, ClayGizmosPlugin};
     pub use super::look::{ClayLook, ClayLookMaterial};
     pub use super::material::NoAutoMaterial;
+    pub use super::record::ClayRecording;
     pub use super::schedule::{ClaySystems, SchedulePlugin};
     pub use super::show::ClaySurface;
     pub use super::software::{FullDrawing, PlainLook, ScreenCamera, SoftwareDrawing, SoftwareDrawingPlugin};

@@ -8,8 +8,9 @@
 //! - An error that names an object of this crate (all their labels begin with `bevy_clay:`) stops the clay's
 //!   work on the device, which goes on with the processor.
 //! - A lost device is made anew, as the app's `RenderPlugin` made it. Where that was given a device by hand,
-//!   as for OpenXR, the plugin cannot know how to make another: it says so in one line, and leaves the loss
-//!   to the handler whose place it took.
+//!   the plugin cannot know how to make another: it says so in one line, and leaves the loss to the handler
+//!   whose place it took. In a headset the device is OpenXR's: there that handler is the one of
+//!   `xr::runtime::plugins`, which ends the session and lets the app go on.
 //! - All else goes to that handler.
 //!
 //! An app that handles the loss of its device itself puts its handler in after `ClayPlugins`: then that
@@ -44,6 +45,8 @@ struct Guard {
     settings: Option<Box<WgpuSettings>>,
     /// Updates since clay was last on the device.
     idle: u32,
+    /// Whether it was said that a device is not made anew.
+    is_loss_told: bool,
 }
 
 /// The handler of this plugin: of each function there may be several addresses.
@@ -58,7 +61,7 @@ impl Plugin for RecoverPlugin {
         // As `RenderPlugin` does, if it was added before.
         app.init_resource::<RenderErrorHandler>();
         let first = RenderErrorHandler(app.world().resource::<RenderErrorHandler>().0);
-        app.insert_resource(Guard { first, before: None, settings: None, idle: 0 }).add_systems(Last, guard);
+        app.insert_resource(Guard { first, before: None, settings: None, idle: 0, is_loss_told: false }).add_systems(Last, guard);
     }
 
     fn finish(&self, app: &mut App) {
@@ -95,27 +98,34 @@ fn guard(
     }
 }
 
+/// Stops the clay's work on the device for this `reason`: it goes on with the processor.
+pub(crate) fn give_up(render: &World, reason: &str) {
+    if let Some(bridges) = render.get_resource::<Bridges>() {
+        bridges.fail(reason);
+    }
+    draw::fail(render, reason);
+}
+
 /// What to do about an error.
 fn handle(error: &RenderError, main: &mut World, render: &mut World) -> RenderErrorPolicy {
     let is_lost = matches!(error.ty, ErrorType::DeviceLost);
     if !is_lost && error.description.contains(LABEL) {
-        if let Some(bridges) = render.get_resource::<Bridges>() {
-            bridges.fail(&error.description);
-        }
-        draw::fail(render, &error.description);
+        give_up(render, &error.description);
         return RenderErrorPolicy::Ignore;
     }
-    let Some(guard) = main.get_resource::<Guard>() else { return RenderErrorPolicy::StopRendering };
+    let Some(mut guard) = main.get_resource_mut::<Guard>() else { return RenderErrorPolicy::StopRendering };
     let before = RenderErrorHandler(guard.before.as_ref().unwrap_or(&guard.first).0);
     if is_lost && is_same(&before, &guard.first) {
         if let Some(settings) = guard.settings.clone() {
             warn!("the graphics device was lost; another one is made");
             return RenderErrorPolicy::Recover(RenderCreation::Automatic(settings));
         }
-        // Once: Bevy tells of the loss of a device once.
-        error!(
-            "the graphics device was lost and is not made anew: RenderPlugin was given it by hand, so the app's RenderErrorHandler has to give another"
-        );
+        // Asked again in every frame of an app that goes on without another, it says it once.
+        if !std::mem::replace(&mut guard.is_loss_told, true) {
+            error!(
+                "the graphics device was lost and is not made anew: RenderPlugin was given it by hand, so the app's RenderErrorHandler has to give another"
+            );
+        }
     }
     (before.0)(error, main, render)
 }

@@ -5,8 +5,12 @@
 
 use super::clay::{Clay, ClaySettings};
 use super::clock::{ClayClock, ClayGravity};
+use super::feel::settings::HapticSettings;
 use super::status::{ClayError, ClayMetrics, ClayStatus};
 use super::tool::{SculptTool, ToolForce, ToolStatus, TouchesOnly};
+use crate::haptics::device::simulated::{ArmSettings, HandPath, Operator};
+use crate::haptics::safety::SafetySettings;
+use crate::haptics::servo::{Coupling, ForceScale, Mode, Placement};
 use crate::scene::file::ClayScene;
 use crate::sim::health::Health;
 use crate::sim::material::{ClayLaw, ClayMaterial, Weld};
@@ -15,7 +19,7 @@ use crate::sim::planner::{Backlog, InertiaScaling, IntegratorChoice, StepAccurac
 use crate::sim::tool::{Contact, Profile, ToolShape};
 use bevy::prelude::*;
 use bevy::reflect::{impl_reflect, impl_reflect_opaque};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 impl_reflect!(
     #[reflect(Component, Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +34,7 @@ impl_reflect!(
         hardening_modulus: f64,
         viscosity: f64,
         flow_index: f64,
+        toughness: f64,
         law: ClayLaw,
         weld: Weld,
     }
@@ -109,6 +114,87 @@ impl_reflect!(
     }
 );
 
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::servo"]
+    enum Mode {
+        PaperAnchor { relaxes: bool },
+        GodObject,
+        ContactImpulse,
+        Coupled,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::servo"]
+    struct Coupling {
+        stiffness: f64,
+        damping: f64,
+        stiffness_max: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::servo"]
+    struct ForceScale {
+        gain: f64,
+        knee: f64,
+        ceiling: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::servo"]
+    struct Placement {
+        position: DVec3,
+        rotation: DQuat,
+        scale: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::safety"]
+    struct SafetySettings {
+        force_max: f64,
+        slew_max: f64,
+        speed_max: f64,
+        ramp: f64,
+        damping_max: f64,
+        stiffness_min: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq)]
+    #[type_path = "bevy_clay::haptics::device::simulated"]
+    struct Operator {
+        mass: f64,
+        damping: f64,
+        stiffness: f64,
+    }
+);
+
+impl_reflect!(
+    #[reflect(Clone, Debug, PartialEq, Default)]
+    #[type_path = "bevy_clay::haptics::device::simulated"]
+    struct ArmSettings {
+        mass: f64,
+        damping: f64,
+        friction: f64,
+        resolution: f64,
+        period: f64,
+        jitter: f64,
+        delay: usize,
+        force_max: f64,
+        operator: Operator,
+    }
+);
+
+impl_reflect_opaque!((in bevy_clay::haptics::device::simulated) HandPath(Clone, Debug, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in bevy_clay::scene::file) ClayScene(Clone, Debug, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in bevy_clay::sim::health) Health(Clone, Debug, PartialEq, Default));
 impl_reflect_opaque!((in bevy_clay::sim::params) ParamsError(Clone, Debug, PartialEq));
@@ -138,6 +224,7 @@ impl Plugin for ReflectPlugin {
             .register_type::<ClayMetrics>()
             .register_type::<ClayClock>()
             .register_type::<ClayGravity>()
+            .register_type::<HapticSettings>()
             .register_type::<SculptTool>()
             .register_type::<ToolForce>()
             .register_type::<ToolStatus>()

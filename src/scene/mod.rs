@@ -13,6 +13,7 @@
 //! | [`mod@file`] | RON text                | [`ClayScene`](file::ClayScene), every value checked        |
 //! | [`clay`]    | `*.clay.ron`            | [`ClayFile`](clay::ClayFile), a material, units read       |
 //! | [`track`]   | keyframes               | tool paths of a frame                                      |
+//! | [`placement`]| `*.placement.ron`     | where a haptic arm stands                                  |
 //! | [`import`]  | OBJ, STL, PLY, glTF     | merged triangles                                           |
 //! | [`winding`] | triangles               | generalized winding number                                 |
 //! | [`solid`]   | boxes, balls, meshes    | inside tests, volumes                                      |
@@ -38,6 +39,7 @@ pub mod history;
 pub mod import;
 pub mod line;
 pub mod pieces;
+pub mod placement;
 pub mod recording;
 pub mod resample;
 pub mod solid;
@@ -60,6 +62,7 @@ pub mod prelude {
     pub use super::history::{History, HistoryError};
     pub use super::import::{ImportedMesh, MeshFormat};
     pub use super::pieces::Pieces;
+    pub use super::placement::PlacementFile;
     pub use super::recording::{Recorder, Recording, RecordingError};
     pub use super::resample::resample;
     pub use super::stamp::FileStamp;

@@ -33,6 +33,8 @@
 //! # }
 //! ```
 
+pub mod engine;
+
 use super::line::{named, one_line};
 use crate::sim::engine::{Engine, EngineError};
 use crate::sim::frame::{FramePlan, FrameReport};

@@ -9,6 +9,8 @@ use super::frame::FramePlan;
 use super::material::{ClayLaw, SQRT_2_3};
 use super::params::Domain;
 use super::penalty::{NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS};
+use super::strength::StrengthLoss;
+use super::tool::Adhesion;
 use glam::DVec3;
 
 /// The numbers of one substep.
@@ -26,9 +28,8 @@ pub(crate) struct Coefficients {
     pub(crate) velocity_kept: f64,
     /// What validation damping leaves of a velocity [-].
     pub(crate) damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
-    /// [cells/substep].
-    pub(crate) adhesion: f64,
+    /// What holds fresh clay on a sticking blade [cells/substep].
+    pub(crate) adhesion: Adhesion,
     /// One cell per substep [m/s].
     pub(crate) velocity_unit: f64,
     /// One per substep [1/s].
@@ -45,6 +46,13 @@ pub(crate) struct ContactCoefficients {
     pub(crate) tangential: f64,
     /// Of the clay's shear strength.
     pub(crate) strength: f64,
+    /// Of an edge per share of it, of clay that fills a cell; 0 where no edge resists.
+    pub(crate) toughness: f64,
+    /// Of fresh clay's strength on the flanks of a blade, what viscosity adds to it at a slide of a cell a
+    /// substep, and the power with which that goes.
+    pub(crate) flank: [f64; 3],
+    /// How that falls with what clay has gone through.
+    pub(crate) loss: StrengthLoss,
 }
 
 /// The clay law in one substep. Stress is scaled by [`Self::stress_scale`], the form in which it enters the
@@ -108,13 +116,21 @@ impl Coefficients {
                 normal: NORMAL_STIFFNESS * modulus,
                 tangential: TANGENTIAL_STIFFNESS * modulus,
                 strength: 2.0 * law.stress_scale * material.shear_strength(),
+                flank: [
+                    2.0 * law.stress_scale * material.shear_strength_at_tool(),
+                    2.0 * law.stress_scale * material.viscous_shear_stress(1.0 / dt),
+                    material.flow_index,
+                ],
+                loss: material.strength_loss(),
+                // The methods of others know none.
+                toughness: if plan.cutting.keeps_cuts() { 2.0 * law.stress_scale * material.toughness / cell_width } else { 0.0 },
             },
             law,
             gravity: plan.gravity * acceleration,
             acceleration,
             velocity_kept: plan.velocity_kept(cell_width, dt),
             damping: (-plan.validation.damping * dt).exp(),
-            adhesion: material.shear_strength() * acceleration / (material.density * cell_width),
+            adhesion: Adhesion::new(material, acceleration / (material.density * cell_width), 1.0 / dt),
             velocity_unit: cell_width / dt,
             rate_unit: 1.0 / dt,
         }

@@ -397,6 +397,10 @@ pub struct FrameReport {
     /// Sides of cuts that grew together with the other side and are gone.
     #[serde(default)]
     pub welded: u64,
+    /// Sides of cuts that clay took from the clay about it: the tagged layer had become too thin to keep the
+    /// cut.
+    #[serde(default)]
+    pub carried: u64,
     /// Each tool of the plan.
     pub tools: Vec<ToolReport>,
     /// What each of them meets at the frame's end; empty where the plan did not ask, of a frame that was

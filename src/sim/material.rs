@@ -41,6 +41,11 @@ pub struct ClayMaterial {
     /// Flow index n [-] in (0, 1]; 1 is linear viscosity.
     #[serde(default = "one")]
     pub flow_index: f64,
+    /// Toughness R [J/m^2]: the work that a blade's edge does for each new area that it cuts, so the force R
+    /// per length of edge along its way. 0 is clay that an edge parts for nothing, as files without it mean
+    /// it.
+    #[serde(default)]
+    pub toughness: f64,
     /// What softens the clay besides.
     #[serde(default)]
     pub law: ClayLaw,
@@ -155,6 +160,9 @@ const HARDENING: Bounds = Bounds::new(0.0, 1e13, " Pa", "must be finite and not 
 /// Consistency of flow: glass counts as solid at 1e12 Pa s.
 const VISCOSITY: Bounds =
     Bounds::new(0.0, 1e13, " Pa s^n", "must be finite and not negative", "glass counts as solid at 1e12 Pa s");
+/// Toughness: nacre and bone take some 1e4 J/m^2, the toughest metals 1e6.
+const TOUGHNESS: Bounds =
+    Bounds::new(0.0, 1e7, " J/m^2", "must be finite and not negative", "the toughest metals have 1e6 J/m^2");
 /// Rate of working: at the greatest, a plastic strain of one in a million works the clay through.
 const WORKING_RATE: Bounds =
     Bounds::new(0.0, 1e6, " per plastic strain", "must be finite and not negative", "a strain of 1e-6 works the clay through");
@@ -224,6 +232,7 @@ impl Preset {
             hardening_modulus: 0.0,
             viscosity: 0.0,
             flow_index: 1.0,
+            toughness: 15.0,
             law: ClayLaw::Softened,
             weld: Weld::Pressed,
         };
@@ -234,21 +243,32 @@ impl Preset {
                 yield_stress: 30e3,
                 viscosity: 3e3,
                 flow_index: 0.3,
+                toughness: 55.0,
                 law: ClayLaw::Worked { loss: 0.3, rate: 2.0, rest_time: 600.0 },
                 ..clay
             },
-            Self::StiffClay => ClayMaterial { young_modulus: 5.5e6, yield_stress: 100e3, ..clay },
+            Self::StiffClay => ClayMaterial { young_modulus: 5.5e6, yield_stress: 100e3, toughness: 180.0, ..clay },
             Self::Wax => ClayMaterial {
                 density: 960.0,
                 young_modulus: 3.3e6,
                 yield_stress: 60e3,
                 viscosity: 30e3,
                 flow_index: 0.4,
+                toughness: 110.0,
                 ..clay
             },
-            Self::Putty => ClayMaterial { density: 1520.0, young_modulus: 110e3, yield_stress: 2e3, viscosity: 5e3, ..clay },
-            Self::Paper => ClayMaterial { young_modulus: 1e5, poisson_ratio: 0.1, yield_stress: 2e3, ..clay },
-            Self::VrDoh => ClayMaterial { density: 1000.0, young_modulus: 1e4, poisson_ratio: 0.3, yield_stress: 1e3, ..clay },
+            Self::Putty => {
+                ClayMaterial { density: 1520.0, young_modulus: 110e3, yield_stress: 2e3, viscosity: 5e3, toughness: 4.0, ..clay }
+            }
+            Self::Paper => ClayMaterial { young_modulus: 1e5, poisson_ratio: 0.1, yield_stress: 2e3, toughness: 5.0, ..clay },
+            Self::VrDoh => ClayMaterial {
+                density: 1000.0,
+                young_modulus: 1e4,
+                poisson_ratio: 0.3,
+                yield_stress: 1e3,
+                toughness: 11.0,
+                ..clay
+            },
         }
     }
 }
@@ -304,8 +324,8 @@ impl ClayMaterial {
         if beyond <= 0.0 { 1.0 } else { (-beyond / self.softening_length_or_default(cell_width)).exp() }
     }
 
-    /// Yield stress \[Pa\] of fresh clay at `distance` \[m\] from the nearest tool: `sY (1 - s zeta)`; infinite
-    /// under the laws as published.
+    /// Yield stress \[Pa\] of fresh clay at `distance` \[m\] from the nearest tool: `sY (1 - s zeta)`;
+    /// infinite under the laws as published.
     pub fn yield_stress_at(&self, distance: f64, cell_width: f64) -> f64 {
         if self.law.is_as_published() {
             return f64::INFINITY;
@@ -324,9 +344,9 @@ impl ClayMaterial {
         self.yield_stress_at(distance, cell_width) * (1.0 - lost) + self.hardening_modulus * hardening
     }
 
-    /// The working D [-] after a substep of `dt` \[s\] with `plastic_strain` [-], from `structure` [-] before:
-    /// exact for a constant rate in turn with rest, `1 - D *= exp(-rate a)`, then
-    /// `D *= exp(-dt / rest_time)`. Clay of other laws keeps what it has.
+    /// The working D [-] after a substep of `dt` \[s\] with `plastic_strain` [-], from `structure` [-]
+    /// before: exact for a constant rate in turn with rest, `1 - D *= exp(-rate a)`, then `D *= exp(-dt /
+    /// rest_time)`. Clay of other laws keeps what it has.
     pub fn structure_after(&self, structure: f64, plastic_strain: f64, dt: f64) -> f64 {
         match self.law {
             ClayLaw::Worked { rate, rest_time, .. } => {
@@ -383,6 +403,7 @@ impl ClayMaterial {
         if !(0.05..=1.0).contains(&self.flow_index) {
             return Err(ParamsError::new("flow_index", self.flow_index, "must lie in [0.05, 1]"));
         }
+        TOUGHNESS.check("toughness", self.toughness)?;
         match self.law {
             ClayLaw::Softened | ClayLaw::AsPublished | ClayLaw::AsPublishedDefaultD => Ok(()),
             ClayLaw::Worked { loss, .. } if !(0.0..1.0).contains(&loss) => {
@@ -432,6 +453,8 @@ mod tests {
             ("viscosity", ClayMaterial { viscosity: f64::NAN, ..fresh }),
             ("flow_index", ClayMaterial { flow_index: 0.0, ..fresh }),
             ("flow_index", ClayMaterial { flow_index: 1.5, ..fresh }),
+            ("toughness", ClayMaterial { toughness: -1.0, ..fresh }),
+            ("toughness", ClayMaterial { toughness: f64::INFINITY, ..fresh }),
             ("loss", worked(1.0, 1.0, 1.0)),
             ("rate", worked(0.5, -1.0, 1.0)),
             ("rest_time", worked(0.5, 1.0, 0.0)),

@@ -8,23 +8,25 @@
 //! |-------------|--------------------------------------------------------------------|---------------------|
 //! | `averaging` | particles that flowed share their cell's volume ratio              | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
-//! | `penalty`   | solid tools and walls press on particles, friction by anchors      | one potential       |
+//! | `penalty`   | solid tools, edges of blades and walls press on particles          | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
 //! | `grid`      | walls fold their outer nodes onto the inner ones                   | -                   |
 //! |             | cuts divide the nodes: what is on one side moves as one field      | Eq. 2-3, compatible |
 //! |             | momentum -> velocity, gravity                                      | -                   |
-//! |             | contact: blades, then the sides of cuts                            | -                   |
+//! |             | contact: flanks of blades, then the sides of cuts                  | -                   |
 //! |             | walls give their outer nodes the image of the inner ones' velocity | -                   |
 //! | `g2p`       | velocity and affine from the particle's own side, advection; what  | -                   |
 //! |             | nodes do not see of its own velocity fades                         | -                   |
 //! | (`law`)     | elastic strain, flow, working: the next substep's stress           | Eq. 5 (softening)   |
 //! | `weld`      | pressed sides of a cut grow together; once, at the frame's end,    | -                   |
-//! |             | and then volumes are averaged again                                | -                   |
+//! | `carry`     | clay behind a cut's thinned side takes that side; likewise, and    | -                   |
+//! |             | then volumes are averaged again                                    | -                   |
 //!
 //! Each pass stands, to the last sign, at the head of its file in `oracle`, beside the plain f64 code that
-//! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`, and
-//! `ghost` and `interactive` for the methods of others ([`cutting`](frame::FramePlan::cutting)). Engines
-//! are written from these texts; the oracle judges them, particle by particle.
+//! does it: `averaging`, `tags`, `penalty`, `p2g`, `walls`, `sides`, `contact`, `g2p`, `law`, `weld`,
+//! `carry`, and `ghost` and `interactive` for the methods of others
+//! ([`cutting`](frame::FramePlan::cutting)). Engines are written from these texts; the oracle judges them,
+//! particle by particle.
 //!
 //! # Notation
 //!
@@ -36,11 +38,11 @@
 //!
 //! # Files
 //!
-//! In data-flow order: [`params`] and [`material`] say what the clay is, [`tool`] what touches it,
-//! [`penalty`] how, [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method,
+//! In data-flow order: [`params`], [`material`] and [`strength`] say what the clay is, [`tool`] what touches
+//! it, [`penalty`] how, [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method,
 //! [`planner`] decides what a frame does, [`integrator`] by which steps, [`frame`] is its plan and report,
-//! [`engine`] the seam, [`native`]
-//! the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable f64 judge of both.
+//! [`engine`] the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable
+//! f64 judge of both.
 
 #![deny(
     clippy::wildcard_enum_match_arm,
@@ -48,6 +50,7 @@
 )]
 
 mod admit;
+mod carry;
 mod coefficients;
 pub mod cut;
 pub mod cutting;
@@ -69,6 +72,7 @@ pub mod penalty;
 pub mod planner;
 pub mod snapshot;
 mod spline;
+pub mod strength;
 mod sums;
 mod support;
 pub mod tool;

@@ -14,6 +14,13 @@
 //! beside it ([`Contact::Stick`]; a blade holds clay by k alone, however it is pressed). No velocity enters:
 //! a bound on the particle's velocity slips by about `2 k h / (rho dx)`, as fast as tools move.
 //!
+//! The edge of a blade, or a wire, presses on clay that has no side of its cut yet, along its outward normal
+//! m alone, by a spring of `A_p k_t / dx` to an anchor as friction has it. It slides where the spring would
+//! bear more than the particle's part of the toughness R, `R V_p K / dx^2` with K its
+//! [`share`](super::tool::edge_share) as the step begins: over whole clay they sum to R per length of edge,
+//! so that the work is R times the area cut. The anchor stays where the edge draws back: what has been borne
+//! is not borne again.
+//!
 //! Clay that a surface is found to stand in, by [`FOUND_DEPTH`] deeper than either can have come in a
 //! substep and untouched before, was not pressed: a tool has been put there. It comes out at
 //! [`EJECTION_SPEED`] at most, where the springs would fling it off, and clings to nothing until then.
@@ -83,8 +90,13 @@ pub(crate) struct Springs {
     pub(crate) tangential: f64,
     /// The clay's shear strength on `A_p`, a force.
     pub(crate) strength: f64,
+    /// What an edge gives at most per share of it, `R V_p / dx^2`, a force times cells^2.
+    pub(crate) toughness: f64,
     /// Friction of a surface that sticks, beside the clay's strength [-]: [`STICK_FRICTION`]; none of blades.
     pub(crate) grip: f64,
+    /// What viscosity adds to the strength where a surface that sticks slides at 1, and the power with which
+    /// that goes; none but on blades.
+    pub(crate) viscous: [f64; 2],
     /// The particle's mass over the substep, force per velocity.
     pub(crate) inertia: f64,
     /// A cell as a length.
@@ -116,9 +128,26 @@ pub(crate) struct Touch {
 }
 
 impl Springs {
-    /// The same of a blade, whose flanks hold clay by its strength alone, as at nodes.
-    pub(crate) fn of_blade(self) -> Self {
-        Self { grip: 0.0, ..self }
+    /// The same of a blade, whose flanks hold clay by its present `strength`, and what viscosity adds, alone,
+    /// as at nodes.
+    pub(crate) fn of_blade(self, strength: f64, viscous: [f64; 2]) -> Self {
+        Self { grip: 0.0, strength, viscous, ..self }
+    }
+
+    /// The force along a surface that has slid beyond what it bears at rest, `most`: the spring's, where what
+    /// it leaves of the `slip` is slid in the step.
+    fn sliding(&self, contact: Contact, most: f64, slip: f64) -> f64 {
+        let [viscous, flow_index] = self.viscous;
+        if viscous == 0.0 || contact != Contact::Stick {
+            return most;
+        }
+        let speed = |force: f64| (slip - force / self.tangential).max(0.0) * self.speed / self.cell;
+        let (mut low, mut high) = (most, self.tangential * slip);
+        for _ in 0..48 {
+            let middle = 0.5 * (low + high);
+            if middle < most + viscous * speed(middle).powf(flow_index) { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
     }
 
     /// What a surface does to a particle at `at` that clings to it by `anchor`, if it touched it before.
@@ -142,9 +171,22 @@ impl Springs {
         let slip = (at - anchor.unwrap_or(at)).reject_from_normalized(surface.normal);
         let wanted = self.tangential * slip.length();
         // The strength of elastic clay is infinite.
-        let kept = if wanted > most { slip * (most / wanted) } else { slip };
+        let kept = if wanted > most { slip * (self.sliding(surface.contact, most, slip.length()) / wanted) } else { slip };
         let anchor = if wanted > most { at - kept } else { anchor.unwrap_or(at) };
         Some(Touch { force: push * surface.normal - self.tangential * kept, anchor: Some(anchor) })
+    }
+
+    /// The force along its normal with which an edge holds off a particle that bears `share` [1/cell^2] of
+    /// it, having come `advance` towards it since that was anchored; and the advance that is left.
+    pub(crate) fn cut(&self, share: f64, advance: f64) -> (f64, f64) {
+        let (wanted, most) = (self.tangential * advance, self.toughness * share);
+        if wanted > most { (most, most / self.tangential) } else { (wanted.max(0.0), advance) }
+    }
+
+    /// The stiffness of that, the force over the advance.
+    pub(crate) fn cut_stiffness(direction: DVec3, force: f64, advance: f64) -> DMat3 {
+        let along = if force > 0.0 { direction * (force / advance) } else { DVec3::ZERO };
+        DMat3::from_cols(along * direction.x, along * direction.y, along * direction.z)
     }
 
     /// The stiffness with which a surface gives `force` to a particle at `at`: the spring across, along it
@@ -168,8 +210,17 @@ impl Springs {
 mod tests {
     use super::*;
 
-    const SPRINGS: Springs =
-        Springs { normal: 40.0, tangential: 20.0, strength: 1.5, grip: STICK_FRICTION, inertia: 2.0, cell: 1.0, speed: 1.0 };
+    const SPRINGS: Springs = Springs {
+        normal: 40.0,
+        tangential: 20.0,
+        strength: 1.5,
+        toughness: 3.0,
+        viscous: [0.0, 1.0],
+        grip: STICK_FRICTION,
+        inertia: 2.0,
+        cell: 1.0,
+        speed: 1.0,
+    };
     const SEPARATE: Contact = Contact::Separate { friction: 0.3 };
 
     fn floor(contact: Contact, at: DVec3) -> Surface {
@@ -245,8 +296,12 @@ mod tests {
         let along = |contact| touch(contact, DVec3::new(1.0, -0.1, 0.0), anchor).expect("a touch").force.x;
         assert_eq!([along(Contact::Stick), along(Contact::Slip)], [-1.5 - 2.0 * 4.0, 0.0]);
         let at = DVec3::new(1.0, -0.1, 0.0);
-        let on_blade = SPRINGS.of_blade().touch(&floor(Contact::Stick, at), at, anchor).expect("a touch");
+        let on_blade = SPRINGS.of_blade(1.5, [0.0, 1.0]).touch(&floor(Contact::Stick, at), at, anchor).expect("a touch");
         assert_eq!(on_blade.force, DVec3::new(-1.5, 4.0, 0.0));
+        // The rest of the way, beyond what the spring gives, is slid.
+        let viscous = Springs { tangential: 4.0, ..SPRINGS }.of_blade(1.5, [2.0, 0.5]);
+        let force = viscous.touch(&floor(Contact::Stick, at), at, anchor).expect("a touch").force.x;
+        assert!((-force - (1.5 + 2.0 * (1.0 + force / 4.0).sqrt())).abs() < 1e-9 && force < -2.0, "{force}");
         let pulled = touch(Contact::Stick, DVec3::new(1.0, 0.1, 0.0), anchor).expect("a touch");
         assert_eq!(pulled.force, DVec3::new(-1.5, -1.5, 0.0));
         let elastic = Springs { strength: f64::INFINITY, ..SPRINGS };
@@ -272,6 +327,31 @@ mod tests {
         assert_eq!(depth(-0.11, -0.1, None), (4.4, true));
         assert_eq!(depth(-0.12, 0.0, None), (0.04, false));
         assert_eq!(depth(-3.0, 0.5, Some(DVec3::ZERO)), (120.0, true));
+    }
+
+    /// An edge gives its clay as much as its share of the toughness at most, and that once for each way:
+    /// drawn back it does not pull, and come again it gives nothing before it is where it was.
+    #[test]
+    fn edge_gives_its_toughness_once() {
+        let (mut anchor, mut work) = (0.0, 0.0);
+        let way = (0..=400).map(|i| 1e-3 * f64::from(i));
+        // To 0.4, back to 0.1, to 0.6.
+        let way = way.chain((0..300).map(|i| 0.399 - 1e-3 * f64::from(i))).chain((0..500).map(|i| 0.101 + 1e-3 * f64::from(i)));
+        let mut before = 0.0;
+        for at in way {
+            let (force, left) = SPRINGS.cut(0.5, at - anchor);
+            assert!((0.0..=1.5).contains(&force), "{force}");
+            anchor = at - left;
+            work += force * (at - before);
+            before = at;
+        }
+        // Less what the spring holds.
+        let give: f64 = 1.5 / 20.0;
+        assert!((work - 1.5 * (0.6 - 0.5 * give)).abs() < 3e-3, "{work}");
+        assert_eq!(SPRINGS.cut(0.0, 0.3), (0.0, 0.0));
+        let stiffness = Springs::cut_stiffness(DVec3::Y, 1.0, 0.05);
+        assert_eq!(stiffness * DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 40.0, 0.0));
+        assert_eq!(Springs::cut_stiffness(DVec3::Y, 0.0, -0.1), DMat3::ZERO);
     }
 
     /// A full particle is a cube of half a cell; what is carved from it is thinner and bears less, in

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Tag {
-    /// The sheet's id; 0 with side 0 is no cut.
+    /// The sheet's id; 0 is no cut.
     pub sheet: u8,
-    /// Positive in front, negative behind, 0 none. Its magnitude counts from 1 how far the two sides have
-    /// grown together.
+    /// Positive in front, negative behind; its magnitude counts from 1 how far the two sides have grown
+    /// together. 0 is no side: of a sheet, where they have.
     pub side: i8,
 }
 

@@ -34,12 +34,12 @@ impl WeldRule {
     }
 
     /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns
-    /// whether they have grown together: then the tag is gone.
+    /// whether they have grown together: then the side is gone, and the sheet says where.
     pub(crate) fn count(self, tag: &mut Tag, is_pressed: bool) -> bool {
         let count = tag.side.unsigned_abs().saturating_add(self.step);
         let is_welded = is_pressed && f64::from(count) > WELD_PARTS;
         *tag = match is_pressed {
-            true if is_welded => Tag::default(),
+            true if is_welded => Tag { side: 0, ..*tag },
             true => Tag { side: tag.sign() * count.cast_signed(), ..*tag },
             false => Tag { side: tag.sign(), ..*tag },
         };
@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(pressed, tag(5, -91));
         let mut parted = pressed;
         assert!(!rule.count(&mut parted, false) && parted == tag(5, -1));
-        assert!(rule.count(&mut pressed, true) && pressed == Tag::default());
+        assert!(rule.count(&mut pressed, true) && pressed == tag(5, 0));
         assert!(WeldRule { stress: 1.0, step: 100 }.count(&mut tag(5, 1), true), "at once");
     }
 

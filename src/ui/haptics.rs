@@ -2,14 +2,16 @@
 //! them.
 
 use super::status::{MARGIN, row};
+use crate::haptics::device::DeviceInfo;
 use crate::haptics::guarded::HandPulse;
 use crate::haptics::safety::Stage;
-use crate::haptics::servo::{Mode, ServoSample};
+use crate::haptics::servo::{Mode, Placement, ServoSample};
 use crate::plugin::feel::session::{HapticLatency, HapticPhase, HapticSession};
 use crate::plugin::feel::settings::HapticSettings;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 use egui_plot::{Legend, Line, Plot, PlotPoints};
+use glam::{DQuat, DVec3};
 
 /// How long the plot shows \[s\]: what a session keeps of a hand.
 const SPAN: f64 = 2.0;
@@ -68,16 +70,21 @@ fn device(ui: &mut egui::Ui, session: &HapticSession) {
         HapticPhase::Failed => "failed",
     };
     let buttons: String = (0..2).map(|bit| if session.buttons() >> bit & 1 == 1 { '●' } else { '○' }).collect();
-    row(
-        ui,
-        "arm",
-        "The device that runs the loop of force, and its buttons.",
-        format!("{}, {phase} {buttons}", session.device()),
-    );
+    let (name, about) = session.device().map_or_else(Default::default, about);
+    let hover = format!("The device that runs the loop of force, and its buttons. {about}");
+    row(ui, "arm", hover.trim_end(), format!("{name}, {phase} {buttons}"));
     if let Some(message) = session.message() {
         let words = egui::RichText::new(message).color(ui.visuals().warn_fg_color);
         row(ui, "", "What the device says.", words);
     }
+}
+
+/// A device's name, and what it can do.
+fn about(info: &DeviceInfo) -> (&str, String) {
+    let DeviceInfo { name, serial, force_max, continuous_force_max, freedoms: [sensed, driven], .. } = info;
+    let serial = if serial.is_empty() { String::new() } else { format!(" Serial number {serial}.") };
+    let force = format!("{force_max:.2} N at most, {continuous_force_max:.2} N for long");
+    (name, format!("{sensed} axes sensed, {driven} driven; {force}.{serial}"))
 }
 
 /// How the loop goes.
@@ -97,8 +104,8 @@ fn hand_loop(ui: &mut egui::Ui, pulse: &HandPulse, latency: &HapticLatency) {
     let hover = "Models of the clay a second, the longest time between two, and how old what is known of the clay is. From 33 ms on the force fades.";
     row(ui, "models", hover, models);
     let (model, picture) = (ms(latency.pose_to_model.mean), ms(latency.pose_to_picture.mean));
-    let late = format!("force {:.0} us, model {model:.0} ms, picture {picture:.0} ms", timing.compute_mean * 1e6);
-    let hover = "How late things are, on average. Force: what a tick takes to make one of a pose. Model: from a pose to the first model of the clay that knows of it. Picture: from a pose to the end of the app's frame that draws the tool there.";
+    let late = format!("force {:.0} us, model {model:.0} ms, picture {picture:.0} ms", latency.pose_to_force.mean * 1e6);
+    let hover = "How late things are, on average since the arm was opened. Force: what a tick takes to make one of a pose. Model: from a pose to the first model of the clay that knows of it. Picture: from a pose to the end of the app's frame that draws the tool there.";
     row(ui, "from pose to", hover, late);
 }
 
@@ -150,22 +157,40 @@ fn choices(ui: &mut egui::Ui, settings: &mut HapticSettings) {
             ui.add(egui::Slider::new(value, range).logarithmic(true).suffix(unit)).on_hover_text(hover);
             ui.end_row();
         };
-        slide("scale", "How much larger than the hand's the tool's ways are.", &mut settings.placement.scale, 0.1..=10.0, "");
+        slide(
+            "scale",
+            "How much larger than the hand's the tool's ways are; 1 is one to one.",
+            &mut settings.placement.scale,
+            0.1..=10.0,
+            "",
+        );
         slide("stiffness", "Of the spring between hand and tool.", &mut settings.coupling.stiffness, 50.0..=500.0, " N/m");
         slide("gain", "Force felt over force of the clay.", &mut settings.force.gain, 0.05..=5.0, "");
-        ui.label("origin").on_hover_text("Where the device's origin is in the world.");
-        ui.horizontal(|ui| {
-            let position = &mut settings.placement.position;
-            for axis in [&mut position.x, &mut position.y, &mut position.z] {
-                let mut millimetres = *axis * 1e3;
-                let drag = egui::DragValue::new(&mut millimetres).speed(0.5).max_decimals(1).suffix(" mm");
-                if ui.add(drag).changed() {
-                    *axis = millimetres * 1e-3;
-                }
-            }
-        });
-        ui.end_row();
+        placement(ui, &mut settings.placement);
     });
+}
+
+/// Where the device stands: its origin, and how it is turned about the vertical, across and along.
+fn placement(ui: &mut egui::Ui, placement: &mut Placement) {
+    let axes = |ui: &mut egui::Ui, values: &mut [f64; 3], unit: &str| {
+        let drag = |value| egui::DragValue::new(value).speed(0.5).max_decimals(1).suffix(unit);
+        // Each is drawn, whichever has changed.
+        ui.horizontal(|ui| values.each_mut().map(|value| ui.add(drag(value)).changed()).contains(&true)).inner
+    };
+    ui.label("origin").on_hover_text("Where the device's origin is in the world.");
+    let mut millimetres = (placement.position * 1e3).to_array();
+    if axes(ui, &mut millimetres, " mm") {
+        placement.position = DVec3::from_array(millimetres) * 1e-3;
+    }
+    ui.end_row();
+    ui.label("turn").on_hover_text("How the device is turned in the world: to the left, up, to its left side.");
+    let (left, up, side) = placement.rotation.to_euler(EulerRot::YXZ);
+    let mut degrees = [left, up, side].map(f64::to_degrees);
+    if axes(ui, &mut degrees, "°") {
+        let [left, up, side] = degrees.map(f64::to_radians);
+        placement.rotation = DQuat::from_euler(EulerRot::YXZ, left, up, side);
+    }
+    ui.end_row();
 }
 
 /// Each stage of safety: whether it acts, how often it began to, and for how many ticks.

@@ -133,6 +133,16 @@ const FLOW_INDEX: Row = Row::linear(
     0.05..=1.0,
     2,
 );
+const TOUGHNESS: Row = Row {
+    zero: Some("none"),
+    ..Row::logarithmic(
+        "toughness",
+        "What the edge of a blade has to do for each area that it cuts: its force per length of edge.",
+        (1.0, " J/m^2"),
+        0.0..=1000.0,
+        0,
+    )
+};
 const LOSS: Row =
     Row::linear("loss", "Share of its yield stress that clay loses by being worked, at most.", (0.01, " %"), 0.0..=95.0, 0);
 const RATE: Row = Row::linear(
@@ -227,6 +237,7 @@ pub(super) fn rows(ui: &mut egui::Ui, material: &mut ClayMaterial) {
     HARDENING.show(ui, &mut material.hardening_modulus);
     VISCOSITY.show(ui, &mut material.viscosity);
     FLOW_INDEX.show(ui, &mut material.flow_index);
+    TOUGHNESS.show(ui, &mut material.toughness);
     law_rows(ui, &mut material.law);
     weld_row(ui, &mut material.weld);
     if material.validate().is_err() {
@@ -245,7 +256,7 @@ mod tests {
         fn worked(material: &mut ClayMaterial, index: usize) -> &mut f64 {
             material.law.numbers_mut().swap_remove(index).1
         }
-        let fields: [(&Row, Field); 12] = [
+        let fields: [(&Row, Field); 13] = [
             (&YIELD_STRESS, |m| &mut m.yield_stress),
             (&STIFFNESS, |m| &mut m.young_modulus),
             (&POISSON, |m| &mut m.poisson_ratio),
@@ -255,6 +266,7 @@ mod tests {
             (&HARDENING, |m| &mut m.hardening_modulus),
             (&VISCOSITY, |m| &mut m.viscosity),
             (&FLOW_INDEX, |m| &mut m.flow_index),
+            (&TOUGHNESS, |m| &mut m.toughness),
             (&LOSS, |m| worked(m, 0)),
             (&RATE, |m| worked(m, 1)),
             (&REST_TIME, |m| worked(m, 2)),
@@ -282,6 +294,7 @@ mod tests {
                 (&HARDENING, m.hardening_modulus),
                 (&VISCOSITY, m.viscosity),
                 (&FLOW_INDEX, m.flow_index),
+                (&TOUGHNESS, m.toughness),
             ];
             let mut law = m.law;
             for (name, number) in law.numbers_mut() {

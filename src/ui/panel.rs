@@ -2,6 +2,7 @@
 
 use super::material::{self, Row};
 use super::notice::ClayNotice;
+use super::status::{MARGIN, scrolled};
 use crate::plugin::clay::{ClaySettings, EngineChoice, MeshQuality, SurfaceBackend};
 use crate::plugin::clock::ClayClock;
 use crate::plugin::events::{DropOffcuts, ExportClay, RedoClay, ResampleClay, ResetClay, UndoClay};
@@ -59,7 +60,9 @@ pub(super) fn window(
     let Ok((_, _, history, doing, (mut clay_material, mut clay_settings, mut clay_clock))) = clays.get_mut(entity) else {
         return;
     };
-    egui::Window::new("Clay").default_pos([8.0, 8.0]).resizable(false).show(ctx, |ui| {
+    let room = ctx.content_rect().shrink(MARGIN);
+    let window = egui::Window::new("Clay").default_pos(room.left_top()).constrain_to(room).resizable(false);
+    let shown = |ui: &mut egui::Ui| {
         ui.spacing_mut().slider_width = 110.0;
         if names.len() > 1 {
             for (other, name) in &names {
@@ -92,7 +95,8 @@ pub(super) fn window(
             ui.set_max_width(310.0);
             ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(colour)).wrap());
         }
-    });
+    };
+    window.show(ctx, |ui| scrolled(ui, room, shown));
 }
 
 /// The cell width; some when the user has let go of another one.

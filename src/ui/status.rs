@@ -14,6 +14,9 @@ const MAIN_THREAD_MS_MAX: f64 = 2.0;
 /// Room between the window and the edge of the screen \[points\].
 pub(super) const MARGIN: f32 = 8.0;
 
+/// Height of a window's title, at most, and of its frame [points].
+const TITLE: f32 = 60.0;
+
 /// What the window reads.
 type Shown<'a> = (Entity, &'a ClayStatus, &'a ClayMetrics, &'a ClayClock);
 
@@ -32,10 +35,13 @@ pub(super) fn window(
     // edge, it ends up there.
     let room = ctx.content_rect().shrink(MARGIN);
     let window = egui::Window::new("State").default_pos(room.right_top()).pivot(egui::Align2::RIGHT_TOP);
-    window.constrain_to(room).resizable(false).show(ctx, |ui| {
+    let shown = |ui: &mut egui::Ui| {
         ui.set_max_width(280.0);
+        // Rows of text alone are as high as that, however large what is pressed is.
+        let height = ui.spacing().interact_size.y.min(1.3 * ui.text_style_height(&egui::TextStyle::Body));
         for shown @ (entity, status, ..) in &clays {
-            egui::Grid::new(("state", entity)).num_columns(2).show(ui, |ui| rows(ui, shown));
+            let grid = egui::Grid::new(("state", entity)).num_columns(2).min_row_height(height);
+            grid.show(ui, |ui| rows(ui, shown));
             trouble(ui, status);
         }
         let now = time.elapsed_secs_f64();
@@ -49,7 +55,13 @@ pub(super) fn window(
             &history,
             |s| s.frame_ms,
         );
-    });
+    };
+    window.constrain_to(room).resizable(false).show(ctx, |ui| scrolled(ui, room, shown));
+}
+
+/// Rows that have no room are scrolled.
+pub(super) fn scrolled(ui: &mut egui::Ui, room: egui::Rect, rows: impl FnOnce(&mut egui::Ui)) {
+    egui::ScrollArea::vertical().max_height(room.height() - TITLE).show(ui, rows);
 }
 
 /// A row of name and value.

@@ -4,8 +4,8 @@ use super::{check, cube, plugins, settle};
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 use bevy_clay::plugin::{
-    DiagnosticsPlugin, DrawPlugin, EnginePlugin, FollowPlugin, GpuPlugin, LookPlugin, OpsPlugin, RecoverPlugin, ReflectPlugin,
-    ReportPlugin, ShowPlugin, SourcePlugin, StepPlugin,
+    DiagnosticsPlugin, DrawPlugin, EnginePlugin, FollowPlugin, GpuPlugin, HapticPlugin, LookPlugin, OpsPlugin, RecoverPlugin,
+    ReflectPlugin, ReportPlugin, ShowPlugin, SourcePlugin, StepPlugin,
 };
 use bevy_clay::prelude::*;
 use libtest_mimic::Failed;
@@ -13,7 +13,7 @@ use libtest_mimic::Failed;
 type Disable = fn(PluginGroupBuilder) -> PluginGroupBuilder;
 
 /// All but the one that the others cannot do without.
-const EACH: [(&str, Disable); 13] = [
+const EACH: [(&str, Disable); 14] = [
     ("ReflectPlugin", |group| group.disable::<ReflectPlugin>()),
     ("SourcePlugin", |group| group.disable::<SourcePlugin>()),
     ("OpsPlugin", |group| group.disable::<OpsPlugin>()),
@@ -21,6 +21,7 @@ const EACH: [(&str, Disable); 13] = [
     ("FollowPlugin", |group| group.disable::<FollowPlugin>()),
     ("GpuPlugin", |group| group.disable::<GpuPlugin>()),
     ("RecoverPlugin", |group| group.disable::<RecoverPlugin>()),
+    ("HapticPlugin", |group| group.disable::<HapticPlugin>()),
     ("ReportPlugin", |group| group.disable::<ReportPlugin>()),
     ("StepPlugin", |group| group.disable::<StepPlugin>()),
     ("ShowPlugin", |group| group.disable::<ShowPlugin>()),

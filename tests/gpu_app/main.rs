@@ -5,6 +5,7 @@
 //! required, fail.
 
 mod delay;
+mod feel;
 mod group;
 mod look;
 mod recover;
@@ -311,10 +312,11 @@ fn main() {
     let mut arguments = Arguments::from_args();
     // Software adapters use all cores for each.
     arguments.test_threads.get_or_insert(1);
-    let trials: [(&str, Test); 23] = [
+    let trials: [(&str, Test); 24] = [
         ("dropped_cube_falls_on_the_gpu_engine", dropped_cube_falls_on_the_gpu_engine),
         ("change_of_engine_keeps_the_state", change_of_engine_keeps_the_state),
         ("clay_leaves_an_engine_that_stops", clay_leaves_an_engine_that_stops),
+        ("arm_takes_clay_from_the_gpu_engine", feel::arm_takes_clay_from_the_gpu_engine),
         ("clay_goes_on_after_the_device_is_lost", recover::clay_goes_on_after_the_device_is_lost),
         ("fault_of_the_clay_does_not_end_the_app", recover::fault_of_the_clay_does_not_end_the_app),
         ("fault_of_the_app_goes_to_the_app", recover::fault_of_the_app_goes_to_the_app),

@@ -155,7 +155,7 @@ fn refusal_leaves_no_trace() {
     assert!(!desk.at("a").exists());
     // The limit ends the file within the clay.
     let mut limited = desk.command_after("trap '' XFSZ; ulimit -f 2", BLOCK);
-    Ran::of(limited.args(["--record", "run.clayrun"])).ends(2, &["error: the recording ends early: run.clayrun: "]);
+    Ran::of(limited.args(["--record", "run.clayrun"])).ends(2, &["error: run.clayrun: "]);
     assert!(!desk.at("out").exists() && !desk.at("run.clayrun").exists());
 }
 

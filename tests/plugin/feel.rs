@@ -13,28 +13,31 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Where the ball is before it comes down, and where the hand means to go: 6 mm deep.
-const ABOVE: DVec3 = DVec3::new(0.02, 0.030, 0.02);
-const DEEP: DVec3 = DVec3::new(0.02, 0.019, 0.02);
+pub(super) const ABOVE: DVec3 = DVec3::new(0.02, 0.030, 0.02);
+pub(super) const DEEP: DVec3 = DVec3::new(0.02, 0.019, 0.02);
 
 /// What the app was told of its arm.
 #[derive(Resource, Default)]
-struct Told(Vec<String>);
+pub(super) struct Told(pub(super) Vec<String>);
 
 /// A hand that goes down, stays for a second and comes up again, over and over: a force that has faded comes
-/// back once the tool is free.
-fn hand() -> SimulatedHand {
+/// back once the tool is free. `origin` is the device's in the world.
+pub(super) fn hand(origin: DVec3) -> SimulatedHand {
     let arm = ArmSettings { operator: Operator::FIRM, ..ArmSettings::default() };
-    let press = |i: u32| [(0.3, ABOVE), (0.7, DEEP), (1.7, DEEP), (2.1, ABOVE)].map(|(t, at)| (f64::from(i) * 2.1 + t, at));
+    let press = |i: u32| {
+        let way = [(0.3, ABOVE), (0.7, DEEP), (1.7, DEEP), (2.1, ABOVE)];
+        way.map(|(time, at)| (f64::from(i) * 2.1 + time, at - origin))
+    };
     SimulatedHand { arm, path: HandPath::new((0..200).flat_map(press)) }
 }
 
 /// The hand feels a fifth of what the clay does: it would not come in otherwise.
-fn settings() -> HapticSettings {
-    HapticSettings { force: ForceScale { gain: 0.2, ..ForceScale::default() }, ..HapticSettings::simulated(hand()) }
+pub(super) fn settings() -> HapticSettings {
+    HapticSettings { force: ForceScale { gain: 0.2, ..ForceScale::default() }, ..HapticSettings::simulated(hand(DVec3::ZERO)) }
 }
 
 /// An app by the clock on the wall, with a cube and a ball in a hand: both.
-fn sculpt(settings: HapticSettings) -> (App, Entity, Entity) {
+pub(super) fn sculpt(settings: HapticSettings) -> (App, Entity, Entity) {
     let mut app = app();
     let clay = spawn(&mut app, cube(4, 0.0));
     app.world_mut().entity_mut(clay).insert(ClayHistory::default());
@@ -52,7 +55,7 @@ fn sculpt(settings: HapticSettings) -> (App, Entity, Entity) {
 }
 
 /// Updates by the clock on the wall until `done`.
-fn live(app: &mut App, what: &str, mut done: impl FnMut(&World) -> bool) {
+pub(super) fn live(app: &mut App, what: &str, mut done: impl FnMut(&World) -> bool) {
     let start = Instant::now();
     loop {
         app.update();
@@ -64,20 +67,25 @@ fn live(app: &mut App, what: &str, mut done: impl FnMut(&World) -> bool) {
     }
 }
 
-fn session(world: &World) -> &HapticSession {
+pub(super) fn session(world: &World) -> &HapticSession {
     world.resource::<HapticSession>()
 }
 
-fn pulse(world: &World) -> Option<&HandPulse> {
+/// The name of the device that has the hand.
+pub(super) fn device(world: &World) -> &str {
+    session(world).device().map_or("", |info| &info.name)
+}
+
+pub(super) fn pulse(world: &World) -> Option<&HandPulse> {
     session(world).pulse()
 }
 
 /// Whether the hand is in the clay with its whole force.
-fn is_felt(world: &World) -> bool {
+pub(super) fn is_felt(world: &World) -> bool {
     pulse(world).is_some_and(|pulse| pulse.safety.gain > 0.99 && pulse.sample.hand_force.y > 0.05)
 }
 
-fn has_told(world: &World, part: &str) -> bool {
+pub(super) fn has_told(world: &World, part: &str) -> bool {
     world.resource::<Told>().0.iter().any(|told| told.contains(part))
 }
 
@@ -107,6 +115,9 @@ fn tool_in_the_hand_dents_the_clay_and_is_felt() {
     assert_eq!((session.tool(), session.clay(), session.message()), (Some(tool), Some(clay), None));
     let latency = session.latency();
     assert!(latency.pose_to_picture.count > 10 && latency.pose_to_model.mean > 0.0 && latency.model_age.count > 100);
+    let force = latency.pose_to_force;
+    assert!(force.count > 100 && force.mean > 0.0 && force.greatest >= force.mean, "{force:?}");
+    assert!(session.device().is_some_and(|info| info.force_max == 3.3 && info.rate == 1000.0), "{:?}", session.device());
     assert!(session.samples().zip(session.samples().skip(1)).all(|(a, b)| a.time < b.time));
 }
 
@@ -225,7 +236,7 @@ impl Plug {
             if plug.is_pulled.load(Ordering::Relaxed) {
                 return Err(DeviceError::Library("the plug is pulled".into()));
             }
-            let SimulatedHand { arm, path } = hand();
+            let SimulatedHand { arm, path } = hand(DVec3::ZERO);
             let device = SimulatedDevice::new(SimulatedArm::new(arm, path));
             let info = DeviceInfo { name: "plugged arm".into(), ..device.info().clone() };
             Ok(Box::new(PluggedDevice { plug: plug.clone(), info, device: Box::new(device) }))
@@ -312,10 +323,10 @@ fn lost_device_leaves_the_hand_to_the_simulated_arm() {
         let clay_goes_on = world.get::<ClayMetrics>(clay).is_some_and(|m| m.time > time + 0.05);
         clay_goes_on && pulse(world).is_some_and(|p| p.timing.ticks > ticks + 50)
     });
-    assert_eq!(session(app.world()).device(), "simulated arm");
+    assert_eq!(device(app.world()), "simulated arm");
     plug.is_pulled.store(false, Ordering::Relaxed);
     live(&mut app, "the arm again", |world| session(world).phase() == HapticPhase::Arm);
-    assert_eq!((session(app.world()).device(), session(app.world()).message()), ("plugged arm", None));
+    assert_eq!((device(app.world()), session(app.world()).message()), ("plugged arm", None));
     assert!(has_told(app.world(), "begun: false, over: "));
     live(&mut app, "a force", is_felt);
 }
@@ -376,6 +387,8 @@ fn arm_takes_the_clay_and_gives_it_back() {
     live(&mut app, "a force", is_felt);
     app.world_mut().despawn(tool);
     live(&mut app, "an open hand", |world| session(world).phase() == HapticPhase::Closed);
+    let contacts: Vec<_> = app.world().resource::<Told>().0.iter().filter(|told| told.starts_with("contact: ")).collect();
+    assert!(contacts.chunks(2).all(|pair| pair == ["contact: true", "contact: false"]), "each has an end: {contacts:?}");
     settle(&mut app, "the last frame", |world| engine(world, clay).pending() == 0);
     tick(&mut app, clay);
     let time = metrics(&app, clay).time;

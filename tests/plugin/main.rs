@@ -4,8 +4,11 @@ mod clock;
 mod events;
 mod feel;
 mod gizmos;
+mod hands;
 mod sources;
 mod tools;
+#[cfg(feature = "touch")]
+mod touch;
 
 use bevy::camera::primitives::Aabb;
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings};

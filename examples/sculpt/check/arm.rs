@@ -42,9 +42,7 @@ fn watch(session: Res<HapticSession>, args: Res<CheckArgs>, mut served: ResMut<S
     served.is_over = args.script && last.time - began >= arm::duration();
     served.force_max = session.samples().map(|s| s.hand_force.length()).fold(served.force_max, f64::max);
     let timing = pulse.timing;
-    let is_same_spell =
-        (timing.rate, timing.jitter, timing.compute_max) == (served.last.rate, served.last.jitter, served.last.compute_max);
-    if timing.rate > 0.0 && !is_same_spell {
+    if timing.spell != served.last.spell {
         served.spells += 1;
         let least = if served.spells == 1 { timing.rate } else { served.rate.1.min(timing.rate) };
         served.rate = (served.rate.0 + timing.rate, least);
@@ -60,13 +58,13 @@ fn conclude(session: Res<HapticSession>, served: Res<Served>) {
     let ms = |time: f64| time * 1e3;
     say(&format!(
         "{}: {:.0} Hz (least {:.0}), jitter {:.0} us (most {:.0}), ticks {:.1} ms apart at most, {:.1} us each, {} samples lost",
-        session.device(),
+        session.device().map_or("no arm", |info| &info.name),
         served.rate.0 / spells,
         served.rate.1,
         served.jitter.0 / spells * 1e6,
         served.jitter.1 * 1e6,
         ms(served.interval_max),
-        pulse.timing.compute_mean * 1e6,
+        latency.pose_to_force.mean * 1e6,
         pulse.lost
     ));
     let (age, interval, model, picture) =

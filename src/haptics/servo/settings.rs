@@ -2,6 +2,7 @@
 
 use super::scale::ForceScale;
 use crate::haptics::proxy::ToolSpheres;
+use crate::sim::params::ParamsError;
 use glam::{DQuat, DVec3};
 
 /// Where the force comes from.
@@ -73,6 +74,21 @@ impl Placement {
     /// A place of the device, in the world.
     pub fn point(&self, device: DVec3) -> DVec3 {
         self.position + self.scale * (self.rotation * device)
+    }
+
+    /// Whether a device can stand so.
+    ///
+    /// # Errors
+    /// A place or a turn that is none, a scale that is not positive.
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        let Self { position, rotation, scale } = *self;
+        if !(position.is_finite() && rotation.is_finite() && rotation.is_normalized()) {
+            return Err(ParamsError::new("haptic placement", position, "must be finite, with a rotation of length 1"));
+        }
+        if scale.is_finite() && scale > 0.0 {
+            return Ok(());
+        }
+        Err(ParamsError::new("haptic scale", scale, "must be finite and positive"))
     }
 }
 

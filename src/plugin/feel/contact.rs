@@ -25,6 +25,11 @@ impl Contact {
         self.touched.take_if(|last| time - *last > CONTACT_GAP).map(|_| false)
     }
 
+    /// Whether it touches, or has not been gone for long.
+    pub(super) fn is_touching(&self) -> bool {
+        self.touched.is_some()
+    }
+
     /// Takes in a frame at `time` \[s\]: whether a cut begins with it.
     pub(super) fn cut(&mut self, is_cutting: bool, time: f64) -> bool {
         if is_cutting {

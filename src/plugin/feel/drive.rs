@@ -88,6 +88,7 @@ impl Drive {
             arm: ArmTool::default(),
             bond: None,
             seen: None,
+            led: None,
             is_anew: false,
             last: clock::now(),
             due: clock::now(),
@@ -133,8 +134,9 @@ struct Driver {
     models: triple_buffer::Input<ContactModel>,
     arm: ArmTool,
     bond: Option<Bond>,
-    /// The last sample, and the orders that it was taken in with.
+    /// The last sample, and the last that the tool was led by, in the clay's frame.
     seen: Option<ServoSample>,
+    led: Option<PoseSample>,
     /// Whether the tool is to be put down anew.
     is_anew: bool,
     /// When time was last let pass, and when it is next \[s\].
@@ -177,6 +179,7 @@ impl Driver {
         if !is_same {
             self.bond = bond;
             self.arm.forget();
+            self.led = None;
             self.last = now;
             self.due = now;
             // What was known is not of this clay.
@@ -190,12 +193,20 @@ impl Driver {
         let mut track = locked(&self.shared.track);
         while let Ok(sample) = self.samples.pop() {
             let before = self.seen.replace(sample);
-            self.is_anew |= before.is_some_and(|before| has_jumped(&before, &sample, scale));
+            let is_none =
+                before.is_some_and(|before| has_jumped(sample.time - before.time, before.tool.distance(sample.tool), scale));
+            self.is_anew |= is_none;
             track.see(sample);
-            if let Some(ArmOrders { space, .. }) = orders
-                && !self.is_anew
-            {
-                self.arm.push(sample.time, space.pose_to_clay(pose_of(&sample)));
+            let Some(ArmOrders { space, .. }) = orders else { continue };
+            let pose = space.pose_to_clay(pose_of(&sample));
+            // Nor did it where the clay went away under it: swept in one tick, that way would take the clay
+            // minutes.
+            self.is_anew |= self.led.is_some_and(|led| {
+                has_jumped(sample.time - led.time, space.scale() * led.pose.position.distance(pose.position), scale)
+            });
+            self.led = Some(PoseSample { time: sample.time, pose });
+            if !self.is_anew {
+                self.arm.push(sample.time, pose);
             }
         }
     }
@@ -245,8 +256,47 @@ impl Driver {
     }
 }
 
-/// Whether no hand went from one sample to the next.
-fn has_jumped(before: &ServoSample, sample: &ServoSample, scale: f64) -> bool {
-    let time = sample.time - before.time;
-    time > UNSEEN || time <= 0.0 || before.tool.distance(sample.tool) > scale * JUMP_SPEED * time.max(1e-3)
+/// Whether no hand went so far \[m\] in `time` \[s\], from one sample to the next.
+fn has_jumped(time: f64, distance: f64, scale: f64) -> bool {
+    time > UNSEEN || time <= 0.0 || distance > scale * JUMP_SPEED * time.max(1e-3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plugin::space::ClaySpace;
+    use crate::sim::tool::{Contact, Tool, ToolShape};
+    use glam::DVec3;
+
+    /// A tool that holds still is put down anew where the clay is carried away under it, not where the clay
+    /// goes as slowly as a hand: the way back would be swept, for minutes.
+    #[test]
+    fn clay_that_goes_away_is_no_way_of_the_hand() {
+        for (went, is_anew) in [(0.0, false), (4e-3, false), (0.6, true)] {
+            let (mut hand, samples) = rtrb::RingBuffer::new(8);
+            let (models, _) = triple_buffer::triple_buffer(&ContactModel::NONE);
+            let mut driver = Driver {
+                shared: Arc::default(),
+                samples,
+                models,
+                arm: ArmTool::default(),
+                bond: None,
+                seen: None,
+                led: None,
+                is_anew: false,
+                last: 0.0,
+                due: 0.0,
+            };
+            driver.shared.scale.store(1f64.to_bits(), Ordering::Relaxed);
+            let tool = Tool { shape: ToolShape::Sphere { radius: 4e-3 }, contact: Contact::default() };
+            for (time, x) in [(1.0, 0.0), (1.001, went)] {
+                let sample = ServoSample { time, tool: DVec3::Y, ..ServoSample::default() };
+                hand.push(sample).expect("room");
+                let transform = GlobalTransform::from(Transform::from_xyz(x as f32, 0.0, 0.0).with_scale(Vec3::splat(4.0)));
+                let space = ClaySpace::new(&transform).expect("a frame");
+                driver.take_samples(Some(&ArmOrders { key: 1, tool, space }));
+            }
+            assert_eq!(driver.is_anew, is_anew, "{went} m");
+        }
+    }
 }

@@ -7,7 +7,9 @@
 //! | `drive`      | the hand's ways, plans' orders | the clay's thread: plans in, contact models out        |
 //! | `space`      | models in the clay's frame    | models in the world                                     |
 //! | [`track`]    | samples, models               | two seconds of samples, times from stage to stage       |
+//! | `faults`     | what a device tells           | when faults begin and end                               |
 //! | `contact`    | samples, reports              | when contact and cuts begin and end                     |
+//! | `vibration`  | forces on tools               | controllers that shake                                  |
 //! | [`events`]   | contact, cuts, faults         | what an app is told                                     |
 //!
 //! The loop of force runs in the device's own thread
@@ -18,10 +20,12 @@
 mod contact;
 pub(super) mod drive;
 pub mod events;
+mod faults;
 pub mod session;
 pub mod settings;
 mod space;
 pub mod track;
+mod vibration;
 
 pub use session::HapticSession;
 
@@ -31,16 +35,17 @@ use super::events::{ClayChanged, DropOffcuts, RedoClay, ResampleClay, ResetClay,
 use super::held::HeldTime;
 use super::report;
 use super::schedule::{ClaySystems, schedule};
-use super::tool::SculptTool;
+use super::tool::{SculptTool, ToolForce};
 use crate::haptics::priority;
 use bevy::prelude::*;
 use bevy::time::common_conditions::on_real_timer;
 use contact::Contact;
 use drive::Bond;
-use events::{HapticContact, HapticCut, HapticFault, HapticReady};
-use session::News;
+use events::{HapticContact, HapticCut, HapticReady};
+use session::{Live, News};
 use settings::HapticSettings;
 use std::time::Duration;
+use vibration::Vibrations;
 
 /// Puts tools with [`HapticSettings`] into the hand. Without it they are tools like any other.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,7 +69,7 @@ impl Plugin for HapticPlugin {
             .add_observer(|done: On<ClayChanged>, session: ResMut<HapticSession>| unsettle(done.entity, session))
             .add_systems(PreUpdate, (open, exchange, lead).chain().run_if(on_real_timer(EXCHANGE)))
             .add_systems(schedule, bind.in_set(ClaySystems::Report).after(engine::admit).before(report::report))
-            .add_systems(schedule, cut.in_set(ClaySystems::Report).after(report::feel))
+            .add_systems(schedule, (cut, shake).chain().in_set(ClaySystems::Report).after(report::feel))
             .add_systems(Last, draw);
     }
 }
@@ -80,13 +85,20 @@ fn unsettle(clay: Entity, mut session: ResMut<HapticSession>) {
 type Held<'a> = (Entity, &'a HapticSettings, &'a SculptTool, &'a Transform);
 
 /// Opens, closes and instructs the session as the first tool with settings says.
-fn open(tools: Query<Held>, mut session: ResMut<HapticSession>, mut commands: Commands, held: Res<HeldTime>) {
+fn open(
+    tools: Query<Held>,
+    mut session: ResMut<HapticSession>,
+    mut contact: ResMut<Contact>,
+    mut commands: Commands,
+    held: Res<HeldTime>,
+) {
     let _watch = held.watch();
     let first = tools.iter().map(|(tool, ..)| tool).min();
     let Some((tool, settings, sculpt, place)) = first.and_then(|tool| tools.get(tool).ok()) else {
         if session.live.is_some() {
-            session.close();
+            close(&mut session, &mut contact, &mut commands);
         }
+        session.bypass_change_detection().end_failure().into_iter().for_each(|over| commands.trigger(over));
         return;
     };
     if let Err(error) = settings.validate() {
@@ -101,13 +113,31 @@ fn open(tools: Query<Held>, mut session: ResMut<HapticSession>, mut commands: Co
     let servo = settings.servo(&shape);
     if session.is_of(tool, settings) {
         session.write(settings, servo);
-    } else if session.failed.as_ref() == Some(settings) {
-        // It was told, and is not tried again for the same.
-    } else if let Err(error) = session.open(tool, settings, servo) {
-        session.failed = Some(settings.clone());
-        let message = error.to_string();
-        error!("tool {tool} is in no hand: {message}");
-        commands.trigger(HapticFault { entity: tool, fault: None, has_begun: true, message });
+    } else if !session.has_failed(tool, settings) {
+        close(&mut session, &mut contact, &mut commands);
+        session.end_failure().into_iter().for_each(|over| commands.trigger(over));
+        if let Err(error) = session.open(tool, settings, servo) {
+            error!("tool {tool} is in no hand: {error}");
+            commands.trigger(session.fail(tool, settings, &error));
+        }
+    }
+}
+
+/// Ends the session, and with it what lasts: contact, faults.
+fn close(session: &mut HapticSession, contact: &mut Contact, commands: &mut Commands) {
+    let Some(live) = &mut session.live else { return };
+    let (entity, mut over) = (live.tool, vec![]);
+    live.faults.end_all(&mut over);
+    over.into_iter().for_each(|news| commands.trigger(news.event(entity)));
+    part(live, contact, commands);
+    session.close();
+}
+
+/// The tool is at another clay, or at none: contact with the one before is over.
+fn part(live: &Live, contact: &mut Contact, commands: &mut Commands) {
+    let was_touching = std::mem::take(contact).is_touching();
+    if let Some(Bond { clay, .. }) = live.bond.as_ref().filter(|_| was_touching) {
+        commands.trigger(HapticContact { entity: live.tool, clay: *clay, has_begun: false });
     }
 }
 
@@ -128,9 +158,13 @@ fn exchange(mut session: ResMut<HapticSession>, mut contact: ResMut<Contact>, mu
                 info!("tool {entity} is in the hand of the {device}");
                 commands.trigger(HapticReady { entity, device, is_stand_in });
             }
-            News::Fault { fault, has_begun, message } => {
-                warn!("haptic arm: {message}");
-                commands.trigger(HapticFault { entity, fault, has_begun, message });
+            News::Fault(news) => {
+                if news.has_begun {
+                    warn!("haptic arm: {}", news.message);
+                } else {
+                    info!("haptic arm: {}", news.message);
+                }
+                commands.trigger(news.event(entity));
             }
         }
     }
@@ -196,6 +230,7 @@ fn bind(
     if is_same {
         return;
     }
+    part(live, &mut contact, &mut commands);
     if let Some(old) = live.bond.take() {
         old.run.lock().set_driven(false);
     }
@@ -204,7 +239,6 @@ fn bind(
     }
     live.drive.bind(bond.clone());
     live.bond = bond;
-    *contact = Contact::default();
     session.restart_force();
 }
 
@@ -225,9 +259,85 @@ fn cut(
     }
 }
 
+/// Has controllers shake for what tools feel in the frames that have ended. Without frames nothing does:
+/// paused clay is still.
+fn shake(
+    mut session: ResMut<HapticSession>,
+    mut reports: MessageReader<ClayReport>,
+    tools: Query<(&ToolForce, Option<&HapticSettings>)>,
+    transforms: TransformHelper,
+    real: Res<Time<Real>>,
+    mut commands: Commands,
+    held: Res<HeldTime>,
+) {
+    let _watch = held.watch();
+    let has_ended = reports.read().count() > 0;
+    let Vibrations { all, over } = &mut session.bypass_change_detection().vibrations;
+    over.drain(..).for_each(|fault| commands.trigger(fault));
+    // A tool that is gone needs none.
+    all.retain(|vibration| tools.contains(vibration.tool));
+    for vibration in all.iter_mut().filter(|_| has_ended) {
+        let entity = vibration.tool;
+        let (Ok((force, settings)), Ok(place)) = (tools.get(entity), transforms.compute_global_transform(entity)) else {
+            continue;
+        };
+        // Force that is switched off is none that a contact lost.
+        if settings.is_some_and(|settings| !settings.has_force) {
+            vibration.rest();
+            continue;
+        }
+        let force = force.force.as_dvec3();
+        if let Some(fault) = vibration.feel(real.elapsed_secs_f64(), place.translation().as_dvec3(), force) {
+            warn!("tool {entity}: {}", fault.message);
+            commands.trigger(fault);
+        }
+    }
+}
+
 /// Notes when a picture of the tool was handed on.
 fn draw(mut session: ResMut<HapticSession>) {
     if let Some(live) = &mut session.bypass_change_detection().live {
         live.note_picture();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::events::HapticFault;
+    use super::*;
+    use crate::haptics::device::fault::DeviceError;
+
+    #[derive(Resource, Default)]
+    struct Told(Vec<(bool, String)>);
+
+    /// A hand for which no thread was to be had is told once, is not tried again for the same settings, and
+    /// is over when others come or nobody asks any more.
+    #[test]
+    fn failure_to_open_has_an_end() {
+        let mut world = World::new();
+        world.init_resource::<HapticSession>();
+        world.init_resource::<Contact>();
+        world.init_resource::<HeldTime>();
+        world.init_resource::<Told>();
+        world.add_observer(|fault: On<HapticFault>, mut told: ResMut<Told>| {
+            told.0.push((fault.has_begun, fault.message.clone()));
+        });
+        let settings = HapticSettings::simulated(settings::SimulatedHand::default());
+        let tool = world.spawn((SculptTool::ball(5e-3), Transform::default(), settings.clone())).id();
+        let error = DeviceError::Library("no thread".into());
+        let fault = world.resource_mut::<HapticSession>().fail(tool, &settings, &error);
+        assert!(fault.has_begun && fault.entity == tool);
+        let over = (false, format!("over: {error}"));
+        world.run_system_cached(open).expect("runs");
+        assert!(world.resource::<HapticSession>().live.is_none(), "not tried again");
+        assert_eq!(world.resource::<Told>().0, []);
+        world.get_mut::<HapticSettings>(tool).expect("settings").simulated.arm.mass *= 2.0;
+        world.run_system_cached(open).expect("runs");
+        assert!(world.resource::<HapticSession>().live.is_some());
+        assert_eq!(world.resource::<Told>().0, std::slice::from_ref(&over));
+        world.resource_mut::<HapticSession>().fail(tool, &settings, &error);
+        world.despawn(tool);
+        world.run_system_cached(open).expect("runs");
+        assert_eq!(world.resource::<Told>().0, [over.clone(), over]);
     }
 }

@@ -1,12 +1,17 @@
 //! The app's end of a hand's loop: what runs it, what it is told, what it says.
 
 use super::drive::{Bond, Drive};
+use super::events::HapticFault;
+use super::faults::{Cause, FaultNews, LastingFaults};
 use super::settings::{ArmChoice, HapticSettings, SimulatedHand};
 use super::track::{Latency, SAMPLES_MAX};
+use super::vibration::Vibrations;
 use crate::haptics::clock;
+use crate::haptics::device::DeviceInfo;
 use crate::haptics::device::failover::{Failover, FailoverEvent, Retry};
 use crate::haptics::device::fault::DeviceError;
-use crate::haptics::guarded::{GuardedServo, HandOrders, HandPulse};
+use crate::haptics::device::vibration::VibrationSink;
+use crate::haptics::guarded::{GuardedServo, HandOrders, HandPulse, TickTiming};
 use crate::haptics::servo::{ServoSample, ServoSettings};
 use crate::sim::params::ParamsError;
 use bevy::platform::cell::SyncCell;
@@ -37,6 +42,9 @@ pub enum HapticPhase {
 /// How late things are, from stage to stage, since the session began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HapticLatency {
+    /// From the hand's pose to its force, as far as it is this program's: what a tick of the loop takes. How
+    /// long the device itself takes, it does not say.
+    pub pose_to_force: Latency,
     /// From the last pose of the hand that a model of the clay knows of to when the hand's loop has that
     /// model.
     pub pose_to_model: Latency,
@@ -57,10 +65,17 @@ pub struct HapticSession {
     /// Counts the times that force was let go and come back.
     restarts: u32,
     pub(super) is_priority_told: bool,
-    /// Settings for which no thread was to be had.
-    pub(super) failed: Option<HapticSettings>,
+    unopened: Option<Unopened>,
     /// What is wrong with the settings that were not taken.
     pub(super) refused: Option<ParamsError>,
+    pub(super) vibrations: Vibrations,
+}
+
+/// A tool for whose hand no thread was to be had.
+struct Unopened {
+    tool: Entity,
+    settings: HapticSettings,
+    message: String,
 }
 
 /// A session that is open.
@@ -78,8 +93,8 @@ pub(super) struct Live {
     pub(super) drive: Drive,
     pub(super) bond: Option<Bond>,
     phase: HapticPhase,
-    device_name: String,
-    message: Option<String>,
+    info: Option<DeviceInfo>,
+    pub(super) faults: LastingFaults,
     pulse: Option<HandPulse>,
     samples: VecDeque<ServoSample>,
     /// How many of them have come with the latest look.
@@ -105,14 +120,14 @@ impl HapticSession {
         self.live.as_ref().map_or(HapticPhase::Closed, |live| live.phase)
     }
 
-    /// The name of the device that runs the loop, or did last; empty before the first.
-    pub fn device(&self) -> &str {
-        self.live.as_ref().map_or("", |live| &live.device_name)
+    /// What the device says of itself that runs the loop, or did last; none before the first.
+    pub fn device(&self) -> Option<&DeviceInfo> {
+        self.live.as_ref()?.info.as_ref()
     }
 
     /// What is wrong with the arm; none where all is well.
     pub fn message(&self) -> Option<&str> {
-        self.live.as_ref()?.message.as_deref()
+        self.live.as_ref()?.faults.message()
     }
 
     /// What is wrong with the latest settings, where they were not taken: the hand keeps those before.
@@ -141,6 +156,39 @@ impl HapticSession {
         self.live.as_ref().map_or_else(HapticLatency::default, |live| live.latency)
     }
 
+    /// Has a controller shake for what a tool feels, whether an arm holds it or not: for changes of its
+    /// force, and for its slip along the clay. It takes the place of the tool's sink before. One that fails
+    /// is told as a [`HapticFault`] of the tool, and left alone.
+    ///
+    /// ```
+    /// use bevy_clay::haptics::device::vibration::{Shake, VibrationSink};
+    /// use bevy_clay::prelude::*;
+    /// # use bevy::prelude::*;
+    ///
+    /// /// A controller's motor.
+    /// struct Motor;
+    ///
+    /// impl VibrationSink for Motor {
+    ///     fn shake(&mut self, shake: &Shake) -> Result<(), String> {
+    ///         println!("{:.0} % at {:.0} Hz for {:.3} s", 100.0 * shake.amplitude, shake.frequency, shake.duration);
+    ///         Ok(())
+    ///     }
+    /// }
+    ///
+    /// fn connect(tools: Query<Entity, Added<SculptTool>>, mut session: ResMut<HapticSession>) {
+    ///     tools.iter().for_each(|tool| session.set_vibration(tool, Motor));
+    /// }
+    /// # bevy::ecs::system::assert_is_system(connect);
+    /// ```
+    pub fn set_vibration(&mut self, tool: Entity, sink: impl VibrationSink + 'static) {
+        self.vibrations.set(tool, Box::new(sink));
+    }
+
+    /// Takes a tool's sink away.
+    pub fn remove_vibration(&mut self, tool: Entity) {
+        self.vibrations.remove(tool);
+    }
+
     /// Lets the force go within 20 ms, and come back slowly: for what takes the hand's mind off the clay, as
     /// a menu does. After an undo and other changes of the clay this is done without asking.
     pub fn restart_force(&mut self) {
@@ -151,12 +199,12 @@ impl HapticSession {
         }
     }
 
-    /// Opens the arm of these settings for a tool. Returns at once: devices are opened aside.
+    /// Opens the arm of these settings for a tool, where none is open. Returns at once: devices are opened
+    /// aside.
     ///
     /// # Errors
     /// The system starts no thread.
     pub(super) fn open(&mut self, tool: Entity, settings: &HapticSettings, servo: ServoSettings) -> Result<(), DeviceError> {
-        self.close();
         let orders = settings.orders(self.restarts);
         let (guarded, ends) = GuardedServo::new(servo, orders, RING);
         let (stand_in, guarded) = (settings.simulated.opener(), Box::new(guarded));
@@ -178,8 +226,8 @@ impl HapticSession {
             drive,
             bond: None,
             phase: HapticPhase::Changing,
-            device_name: String::new(),
-            message: None,
+            info: None,
+            faults: LastingFaults::default(),
             pulse: None,
             samples: VecDeque::new(),
             fresh: 0,
@@ -187,6 +235,25 @@ impl HapticSession {
             drawn: None,
         });
         Ok(())
+    }
+
+    /// Notes that no session could be opened; what there is to tell. It lasts until these settings or this
+    /// tool are gone ([`Self::end_failure`]).
+    pub(super) fn fail(&mut self, tool: Entity, settings: &HapticSettings, error: &DeviceError) -> HapticFault {
+        let message = error.to_string();
+        self.unopened = Some(Unopened { tool, settings: settings.clone(), message: message.clone() });
+        HapticFault { entity: tool, fault: None, has_begun: true, message }
+    }
+
+    /// Whether it was tried in vain for these already: it was told, and is not tried again.
+    pub(super) fn has_failed(&self, tool: Entity, settings: &HapticSettings) -> bool {
+        self.unopened.as_ref().is_some_and(|failed| failed.tool == tool && failed.settings == *settings)
+    }
+
+    /// The end of that, where it lasts: it is tried anew, or nobody asks any more.
+    pub(super) fn end_failure(&mut self) -> Option<HapticFault> {
+        let Unopened { tool, message, .. } = self.unopened.take()?;
+        Some(HapticFault { entity: tool, fault: None, has_begun: false, message: format!("over: {message}") })
     }
 
     /// Ends the session. Returns at once: devices are closed aside.
@@ -231,7 +298,7 @@ impl HapticSession {
 /// What a look at the device tells the app.
 pub(super) enum News {
     Ready { is_stand_in: bool },
-    Fault { fault: Option<crate::haptics::device::fault::Fault>, has_begun: bool, message: String },
+    Fault(FaultNews),
 }
 
 impl Live {
@@ -248,7 +315,12 @@ impl Live {
         while let Some(event) = self.failover.get().poll(clock::now()) {
             self.take(event, &mut news);
         }
+        let spell = self.pulse.map_or(0, |pulse| pulse.timing.spell);
         self.pulse = *self.pulses.read();
+        if let Some(timing) = self.pulse.map(|pulse| pulse.timing).filter(|timing| timing.spell != spell) {
+            let TickTiming { spell_ticks, compute_mean, compute_max, .. } = timing;
+            self.latency.pose_to_force.join(Latency { count: spell_ticks.into(), mean: compute_mean, greatest: compute_max });
+        }
         let track = self.drive.track();
         self.latency.pose_to_model.join(track.model);
         self.latency.model_interval.join(track.interval);
@@ -266,41 +338,40 @@ impl Live {
     }
 
     fn take(&mut self, event: FailoverEvent, news: &mut Vec<News>) {
-        let fault = |fault, has_begun, message| News::Fault { fault, has_begun, message };
+        let mut faults = vec![];
+        let mut ready = None;
         match event {
-            FailoverEvent::Device(event) => {
-                let message = event.to_string();
-                self.message = event.has_begun.then(|| message.clone());
-                news.push(fault(Some(event.fault), event.has_begun, message));
+            FailoverEvent::Device(event) if event.has_begun => {
+                self.faults.begin(Cause::Device(event.fault), event.to_string(), &mut faults);
             }
+            FailoverEvent::Device(event) => self.faults.end_of(event.fault, &mut faults),
             FailoverEvent::Away(error) => {
-                let message = error.to_string();
-                self.message = Some(message.clone());
-                news.push(fault(None, true, message));
-                self.name();
+                self.faults.begin(Cause::Away, error.to_string(), &mut faults);
+                self.introduce();
             }
             FailoverEvent::Here | FailoverEvent::StandIn => {
-                let is_here = matches!(event, FailoverEvent::Here);
-                let is_stand_in = !is_here && self.device != ArmChoice::Simulated;
+                let is_stand_in = matches!(event, FailoverEvent::StandIn) && self.device != ArmChoice::Simulated;
                 self.phase = if is_stand_in { HapticPhase::StandIn } else { HapticPhase::Arm };
-                if let Some(message) = self.message.take_if(|_| is_here) {
-                    news.push(fault(None, false, format!("over: {message}")));
+                if is_stand_in {
+                    self.faults.end_of_device(&mut faults);
+                } else {
+                    self.faults.end_all(&mut faults);
                 }
-                self.name();
-                news.push(News::Ready { is_stand_in });
+                self.introduce();
+                ready = Some(News::Ready { is_stand_in });
             }
             FailoverEvent::Ended => {
                 self.phase = HapticPhase::Failed;
-                let message = "the loop of force has failed: there is no force until a device is chosen anew".to_string();
-                self.message = Some(message.clone());
-                news.push(fault(None, true, message));
+                let message = "the loop of force has failed: there is no force until a device is chosen anew";
+                self.faults.begin(Cause::Failed, message.into(), &mut faults);
             }
         }
+        news.extend(faults.into_iter().map(News::Fault).chain(ready));
     }
 
-    fn name(&mut self) {
+    fn introduce(&mut self) {
         if let Some(running) = self.failover.get().running() {
-            self.device_name.clone_from(&running.info().name);
+            self.info = Some(running.info().clone());
         }
     }
 
@@ -310,7 +381,7 @@ impl Live {
     }
 
     pub(super) fn device_name(&self) -> &str {
-        &self.device_name
+        self.info.as_ref().map_or("", |info| &info.name)
     }
 
     /// Where the clay's tool was last, and when.

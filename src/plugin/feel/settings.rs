@@ -20,13 +20,15 @@ use std::sync::Arc;
 ///
 /// All of it may change at any time. Another [`device`](Self::device) is opened anew; another
 /// [`placement`](Self::placement) lets the force go and come back slowly.
-#[derive(Component, Clone, Debug, PartialEq)]
+#[derive(Component, Clone, Debug, PartialEq, Reflect)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
 pub struct HapticSettings {
     /// Which arm.
     pub device: ArmChoice,
     /// The hand that stands in while the arm is away, and that of [`ArmChoice::Simulated`].
     pub simulated: SimulatedHand,
     /// The clay that is felt; the first of the app without one. Others are touched, and not felt.
+    #[entities]
     pub clay: Option<Entity>,
     /// Whether there is force. Off, it is gone within 20 ms.
     pub has_force: bool,
@@ -73,10 +75,7 @@ impl HapticSettings {
     /// # Errors
     /// A number that no loop of force can have.
     pub fn validate(&self) -> Result<(), ParamsError> {
-        let Placement { position, rotation, scale } = self.placement;
-        if !(position.is_finite() && rotation.is_finite() && rotation.is_normalized()) {
-            return Err(ParamsError::new("haptic placement", position, "must be finite, with a rotation of length 1"));
-        }
+        self.placement.validate()?;
         let positive = |name, value: f64| {
             let is_sound = value.is_finite() && value > 0.0;
             is_sound.then_some(()).ok_or_else(|| ParamsError::new(name, value, "must be finite and positive"))
@@ -85,7 +84,6 @@ impl HapticSettings {
             let is_sound = value.is_finite() && value >= 0.0;
             is_sound.then_some(()).ok_or_else(|| ParamsError::new(name, value, "must be finite and not negative"))
         };
-        positive("haptic scale", scale)?;
         positive("haptic force gain", self.force.gain)?;
         not_negative("haptic force knee", self.force.knee)?;
         not_negative("haptic force ceiling", self.force.ceiling)?;
@@ -113,7 +111,8 @@ impl HapticSettings {
 }
 
 /// Which haptic arm.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum ArmChoice {
     /// A 3D Systems Touch, its library loaded at run time (feature `touch`); the simulated arm until it is
@@ -122,8 +121,9 @@ pub enum ArmChoice {
     Touch,
     /// The simulated arm alone.
     Simulated,
-    /// Another arm; the simulated one until it is there, and again if it goes.
-    Other(ArmOpener),
+    /// Another arm; the simulated one until it is there, and again if it goes. Reflection does not save what
+    /// opens it: see [`ArmOpener::default`].
+    Other(#[reflect(ignore, clone)] ArmOpener),
 }
 
 impl ArmChoice {
@@ -152,6 +152,14 @@ fn touch() -> Result<Box<dyn HapticDevice>, DeviceError> {
 #[derive(Clone)]
 pub struct ArmOpener(pub Arc<Open>);
 
+impl Default for ArmOpener {
+    /// Opens nothing, and says so: what stands in a saved scene for an opener, until the app puts its own
+    /// there.
+    fn default() -> Self {
+        Self(Arc::new(|| Err(DeviceError::Library("no function was given that opens this arm".into()))))
+    }
+}
+
 impl std::fmt::Debug for ArmOpener {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("ArmOpener")
@@ -165,7 +173,8 @@ impl PartialEq for ArmOpener {
 }
 
 /// A hand that holds the simulated arm, and where it means to go, in the device's frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Reflect)]
+#[reflect(Clone, Debug, Default, PartialEq)]
 pub struct SimulatedHand {
     /// The arm, and the hand's mass, spring and damper.
     pub arm: ArmSettings,

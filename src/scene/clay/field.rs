@@ -24,7 +24,7 @@ const fn number(name: &'static str, dimension: Dimension) -> Field {
 }
 
 /// The keys of a file: where it starts from, its name, and the fields of [`ClayMaterial`].
-pub(super) const FIELDS: [Field; 13] = [
+pub(super) const FIELDS: [Field; 14] = [
     Field { name: "extends", kind: Kind::Text },
     Field { name: "name", kind: Kind::Text },
     number("density", Dimension::Density),
@@ -36,6 +36,7 @@ pub(super) const FIELDS: [Field; 13] = [
     number("hardening_modulus", Dimension::Stress),
     number("viscosity", Dimension::Consistency),
     number("flow_index", Dimension::Ratio),
+    number("toughness", Dimension::Toughness),
     Field { name: "law", kind: Kind::Law },
     Field { name: "weld", kind: Kind::Weld },
 ];
@@ -70,6 +71,7 @@ pub(super) fn number_mut<'a>(material: &'a mut ClayMaterial, name: &str) -> Opti
         "hardening_modulus" => &mut material.hardening_modulus,
         "viscosity" => &mut material.viscosity,
         "flow_index" => &mut material.flow_index,
+        "toughness" => &mut material.toughness,
         _ => return None,
     })
 }

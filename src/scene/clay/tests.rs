@@ -69,12 +69,12 @@ fn comparison_law_is_labelled_unstable() {
 fn every_key_is_read_with_and_without_unit() {
     let units = r#"Clay(
         name: "mine", density: "1.6 g/cm^3", young_modulus: "1 MPa", poisson_ratio: "40 %", yield_stress: "20 kPa", softening: "50 %",
-        softening_length: "3 mm", hardening_modulus: "5 kPa", viscosity: "20 Pa s^n", flow_index: "30 %",
+        softening_length: "3 mm", hardening_modulus: "5 kPa", viscosity: "20 Pa s^n", flow_index: "30 %", toughness: "20 J/m^2",
         law: Worked(loss: "40 %", rate: "2", rest_time: "10 min"), weld: Sticky,
     )"#;
     let si = r#"(
         name: "mine", density: 1600, young_modulus: 1e6, poisson_ratio: 0.4, yield_stress: 20000.0, softening: 0.5,
-        softening_length: 3e-3, hardening_modulus: 5e3, viscosity: 20, flow_index: 0.3,
+        softening_length: 3e-3, hardening_modulus: 5e3, viscosity: 20, flow_index: 0.3, toughness: 20,
         law: Worked(loss: 0.4, rate: 2, rest_time: 600), weld: Sticky,
     )"#;
     let (units, si) = (ClayFile::from_ron(units).expect("units"), ClayFile::from_ron(si).expect("SI"));
@@ -88,6 +88,7 @@ fn every_key_is_read_with_and_without_unit() {
         hardening_modulus: 5e3,
         viscosity: 20.0,
         flow_index: 0.3,
+        toughness: 20.0,
         law: ClayLaw::Worked { loss: 0.4, rate: 2.0, rest_time: 600.0 },
         weld: Weld::Sticky,
     };
@@ -163,6 +164,8 @@ fn bad_values_are_refused_with_line_and_field() {
         ("hardening_modulus: -1", "clay:2:1: hardening_modulus = -1"),
         ("viscosity: \"20 Pa s\"", "a viscosity is given in Pa s^n, kPa s^n"),
         ("flow_index: 0", "clay:2:1: flow_index = 0: must lie in [0.05, 1]"),
+        ("toughness: \"3 N\"", "a toughness is given in J/m^2"),
+        ("toughness: -1", "clay:2:1: toughness = -1: must be finite and not negative"),
         ("law: Soft", "`Soft` is no law; known are Softened, Worked"),
         ("law: 3", "clay:2:"),
         ("law: Worked", "clay:2:"),

@@ -9,6 +9,8 @@ pub(super) enum Dimension {
     Time,
     /// Of Herschel-Bulkley flow; its unit depends on the flow index n.
     Consistency,
+    /// Work per new area.
+    Toughness,
     Ratio,
 }
 
@@ -20,7 +22,8 @@ const TEXT_MAX: usize = 64;
 type Unit = (&'static str, f64, f64);
 
 impl Dimension {
-    const ALL: [Self; 6] = [Self::Stress, Self::Density, Self::Length, Self::Time, Self::Consistency, Self::Ratio];
+    const ALL: [Self; 7] =
+        [Self::Stress, Self::Density, Self::Length, Self::Time, Self::Consistency, Self::Toughness, Self::Ratio];
 
     fn name(self) -> &'static str {
         match self {
@@ -29,6 +32,7 @@ impl Dimension {
             Self::Length => "length",
             Self::Time => "time",
             Self::Consistency => "viscosity",
+            Self::Toughness => "toughness",
             Self::Ratio => "ratio",
         }
     }
@@ -41,6 +45,7 @@ impl Dimension {
             Self::Length => &[("mm", 1.0, 1e3), ("cm", 1.0, 1e2), ("m", 1.0, 1.0)],
             Self::Time => &[("s", 1.0, 1.0), ("min", 60.0, 1.0), ("h", 3600.0, 1.0)],
             Self::Consistency => &[("Pa s^n", 1.0, 1.0), ("kPa s^n", 1e3, 1.0)],
+            Self::Toughness => &[("J/m^2", 1.0, 1.0), ("kJ/m^2", 1e3, 1.0), ("N/m", 1.0, 1.0)],
             Self::Ratio => &[("%", 1.0, 100.0)],
         }
     }
@@ -81,7 +86,7 @@ impl Dimension {
 /// A symbol without what may be written in more than one way: blanks, multiplication dots, raised digits.
 fn plain(symbol: &str) -> String {
     let skipped = |c: &char| !(c.is_whitespace() || matches!(c, '*' | '·'));
-    symbol.replace('³', "^3").replace('ⁿ', "^n").chars().filter(skipped).collect()
+    symbol.replace('²', "^2").replace('³', "^3").replace('ⁿ', "^n").chars().filter(skipped).collect()
 }
 
 /// The number that a text begins with, and the rest.
@@ -115,6 +120,8 @@ mod tests {
             (Dimension::Time, "1.5 h", 5400.0),
             (Dimension::Consistency, "20 Pa s^n", 20.0),
             (Dimension::Consistency, "3 kPa·sⁿ", 3e3),
+            (Dimension::Toughness, "15 J/m²", 15.0),
+            (Dimension::Toughness, "0.2 kJ/m^2", 200.0),
             (Dimension::Ratio, "45 %", 0.45),
             (Dimension::Ratio, "2", 2.0),
         ];
@@ -137,6 +144,7 @@ mod tests {
             (Dimension::Stress, "30 k Pa Pa", "no unit that is known"),
             (Dimension::Density, "1.7 t/m^3", "a density is given in kg/m^3, g/cm^3"),
             (Dimension::Consistency, "20 Pa s", "a viscosity is given in Pa s^n, kPa s^n"),
+            (Dimension::Toughness, "15 J", "a toughness is given in J/m^2, kJ/m^2, N/m"),
             (Dimension::Time, "10 m", "`m` is a unit of length"),
             (Dimension::Ratio, "3 Pa", "`Pa` is a unit of stress; a ratio is given in %"),
         ];

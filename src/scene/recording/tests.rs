@@ -193,3 +193,42 @@ fn other_files_are_named() {
     #[cfg(unix)]
     assert!(matches!(Recording::open(Path::new("/dev/zero")), Err(RecordingError::NotARecording { .. })));
 }
+
+/// Two engines one after the other, as an app has them where a stroke is taken back: one file, the same bits,
+/// and of the first engine nothing after the second has begun.
+#[test]
+fn recorded_engines_share_a_file() {
+    let (_folder, file) = place();
+    let recorder = engine::SharedRecorder::new(&file);
+    let record = || recorder.record(Box::new(NativeEngine::new()));
+    let clay = clay();
+    let tools = vec![path(3, ToolShape::ALL[0], Contact::Stick)];
+    let plan = |id: u64| FramePlan { id, ..FramePlan::new(clay.material, 1e-5, 3) };
+    let mut first = record();
+    first.load(&clay).expect("loaded");
+    first.submit(plan(1)).expect("submitted");
+    first.wait().expect("a report");
+    first.submit(FramePlan { tools, ..plan(2) }).expect("submitted");
+    let mut second = record();
+    second.load(&clay).expect("loaded");
+    first.wait().expect("a report that nobody wants");
+    drop(first);
+    second.submit(plan(3)).expect("submitted");
+    let mut reference = NativeEngine::new();
+    reference.load(&clay).expect("loaded");
+    reference.submit(plan(3)).expect("submitted");
+    reference.wait().expect("a report");
+    drop(second);
+    assert!(recorder.take_fault().is_none());
+    let events: Vec<_> = Recording::open(&file).expect("a recording").map(|event| event.expect("an event")).collect();
+    let kinds: Vec<_> =
+        events.iter().map(|event| format!("{event:?}").split(['(', ' ']).next().unwrap_or_default().to_string()).collect();
+    assert_eq!(kinds, ["Load", "Plan", "Report", "StrokeBegan", "Plan", "Load", "Plan", "Report", "Ended"]);
+    let sum = reference.save().expect("the clay").checksum();
+    assert_eq!(events.last(), Some(&Event::Ended(sum)));
+    let mut engine = NativeEngine::new();
+    for event in events {
+        event.apply(&mut engine).expect("applied");
+    }
+    assert_eq!(engine.save().expect("the clay").checksum(), sum);
+}

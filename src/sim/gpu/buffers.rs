@@ -233,6 +233,7 @@ impl Buffers {
             | Id::P2g
             | Id::G2p
             | Id::Weld
+            | Id::Carry
             | Id::Support
             | Id::Store
             | Id::Total => groups(self.particle_count),

@@ -110,7 +110,7 @@ fn field_side(node: ptr<function, Node>, i: u32, beyond: u32) -> i32 {
 
 // What blade t takes from the node: each field is bounded by it where it reaches beyond it; a sticking one
 // takes it along.
-fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
+fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i, slot: u32, k: u32) -> Taken {
     var taken: Taken;
     let tool = tool_now(t);
     // A plate presses on particles.
@@ -125,7 +125,8 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
             let normal = sign_ * (*node).divisions[i].normal;
             let distance_ = sign_ * (*node).divisions[i].distance;
             if sticks(tool) {
-                push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, params.adhesion), &taken);
+                let adhesion = params.adhesion * max(1.0 - strength_lost((*node).leader, f, slot, k), 0.0);
+                push(node, f, arm, stick(tool, (*node).v[f], q, normal, distance_, adhesion), &taken);
             } else if distance_ <= CONTACT_OFFSET {
                 push(node, f, arm, contact(tool, (*node).v[f], q, normal), &taken);
             }
@@ -134,89 +135,35 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i) -> Taken {
     return taken;
 }
 
-// Folded masses at a node, in any block, of the clay in front of a sheet and behind it.
-fn masses_about(n: vec3i, sheet: u32) -> vec2f {
-    var m = vec2f(0.0);
-    let slot = slot_of(n);
-    if slot == 0u { return m; }
-    for (var c = 1u; c < CLASSES; c++) {
-        let key = key_at(slot - 1u, c);
-        if key == 0u { break; }
-        let side = side_of(key, sheet);
-        let mass = bitcast<f32>(cuts[masses_place(slot - 1u, c, local_index(n))]);
-        m += vec2f(select(0.0, mass, side > 0), select(0.0, mass, side < 0));
-    }
-    return m;
-}
-
-// Normal of a kept cut at a node, from back to front, not normalised: the slope of the front's share of the
-// tagged mass, fitted to the nodes about it, or the way from the back's centre to the front's
-// (`cut::fitted_normal`). 0 where there is none.
-fn cut_slope(n: vec3i, sheet: u32) -> vec3f {
-    var weight = 0.0;
-    var share_sum = 0.0;
-    var offset_sum = vec3f(0.0);
-    var slope_sum = vec3f(0.0);
-    var moment = mat3x3f();
-    var front = vec4f(0.0);
-    var back = vec4f(0.0);
-    for (var i = 0; i < 27; i++) {
-        let o = vec3i(i / 9, (i / 3) % 3, i % 3) - 1;
-        let m = masses_about(n + o, sheet);
-        let offset = vec3f(o);
-        let off = abs(o);
-        let near = 1.0 / f32(1u << u32(off.x + off.y + off.z));
-        front += near * m.x * vec4f(offset, 1.0);
-        back += near * m.y * vec4f(offset, 1.0);
-        if min(m.x, m.y) <= 0.0 { continue; }
-        let share = m.x / (m.x + m.y);
-        let w = share * m.y * near;
-        weight += w;
-        share_sum += w * share;
-        offset_sum += w * offset;
-        slope_sum += w * share * offset;
-        moment += mat3x3f(w * offset.x * offset, w * offset.y * offset, w * offset.z * offset);
-    }
-    if weight == 0.0 { return vec3f(0.0); }
-    let mean = offset_sum / weight;
-    moment -= weight * mat3x3f(mean.x * mean, mean.y * mean, mean.z * mean);
-    let more = NORMAL_REGULARISATION * (moment[0].x + moment[1].y + moment[2].z);
-    moment += mat3x3f(vec3f(more, 0.0, 0.0), vec3f(0.0, more, 0.0), vec3f(0.0, 0.0, more));
-    // The matrix is symmetric: its inverse is that of its cofactors, over its determinant.
-    let sum = slope_sum - mean * share_sum;
-    let cofactors = array(cross(moment[1], moment[2]), cross(moment[2], moment[0]), cross(moment[0], moment[1]));
-    let slope = vec3f(dot(cofactors[0], sum), dot(cofactors[1], sum), dot(cofactors[2], sum));
-    let determinant = dot(moment[0], cofactors[0]);
-    if determinant > 0.0 && length(slope) >= SHARE_SLOPE_MIN * determinant { return slope; }
-    return front.xyz / front.w - back.xyz / back.w;
-}
-
-// The normal between two fields: across the one cut between them, or the mean of two; 0 where a blade stands
-// between them, which acts on both.
-fn pair_normal(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> vec3f {
+// How field b faces field a: across the one cut between them, or both of two; without a normal where a blade
+// stands between them, which acts on both.
+fn pair_facing(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> Facing {
     var sum = vec3f(0.0);
+    var gap = -3.0;
     for (var i = 0u; i < (*node).division_count; i++) {
         if (((a ^ b) >> i) & 1u) == 0u { continue; }
-        if (*node).divisions[i].blade != NO_BLADE { return vec3f(0.0); }
-        let slope = cut_slope(n, (*node).divisions[i].sheet);
-        let size = length(slope);
-        if size == 0.0 { return vec3f(0.0); }
-        sum += f32(field_side(node, i, b)) / size * slope;
+        if (*node).divisions[i].blade != NO_BLADE { return Facing(vec3f(0.0), 0.0); }
+        let facing = cut_facing(n, (*node).divisions[i].sheet);
+        if all(facing.normal == vec3f(0.0)) { return facing; }
+        sum += f32(field_side(node, i, b)) * facing.normal;
+        gap = max(gap, facing.gap);
     }
     let size = length(sum);
-    return select(sum / size, vec3f(0.0), size == 0.0);
+    return Facing(select(sum / size, vec3f(0.0), size == 0.0), gap);
 }
 
-// Two fields exchange momentum while they approach along the normal, from a to b.
-fn exchange(node: ptr<function, Node>, a: u32, b: u32, normal: vec3f) {
+// Two fields exchange momentum while they approach, from a to b, by more than there is room for.
+fn exchange(node: ptr<function, Node>, a: u32, b: u32, facing: Facing) {
     let masses = vec2f((*node).mass[a], (*node).mass[b]);
     let relative = (*node).v[b] - (*node).v[a];
-    let approach = dot(relative, normal);
-    if approach >= 0.0 { return; }
-    let slide = relative - approach * normal;
+    let approach = dot(relative, facing.normal);
+    // Velocities are in cells a substep.
+    let excess = approach + max(facing.gap, 0.0);
+    if excess >= 0.0 { return; }
+    let slide = relative - approach * facing.normal;
     let speed = length(slide);
-    var push = -approach * normal;
-    if speed > 0.0 { push -= slide / speed * min(speed, -approach * CUT_FRICTION); }
+    var push = -excess * facing.normal;
+    if speed > 0.0 { push -= slide / speed * min(speed, -excess * CUT_FRICTION); }
     let impulse = masses.x * masses.y / (masses.x + masses.y) * push;
     (*node).v[b] += impulse / masses.y;
     (*node).v[a] -= impulse / masses.x;
@@ -230,8 +177,8 @@ fn exchange_all(node: ptr<function, Node>, n: vec3i) {
         for (var a = 0u; a < b; a++) {
             let from_ = field_beyond(node, a);
             if from_ == CLASSES { continue; }
-            let normal = pair_normal(node, n, a, b);
-            if any(normal != vec3f(0.0)) { exchange(node, from_, to, normal); }
+            let facing = pair_facing(node, n, a, b);
+            if any(facing.normal != vec3f(0.0)) { exchange(node, from_, to, facing); }
         }
     }
 }

@@ -128,6 +128,9 @@ impl<'a> Encoding<'a> {
             if cuts && WeldRule::of(self.work.plan, 0.0).is_some() {
                 passes.push((Id::Weld, v));
             }
+            if cuts {
+                passes.push((Id::Carry, v));
+            }
             if self.work.plan.outputs.support {
                 passes.push((Id::Support, v));
             }

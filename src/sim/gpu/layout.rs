@@ -144,6 +144,8 @@ twins! {
         pub crowded: u32 = "atomic<u32>",
         /// sides of cuts that grew together
         pub welded: u32 = "atomic<u32>",
+        /// sides of cuts that clay took from the clay about it
+        pub carried: u32 = "atomic<u32>",
         /// that particles have a side of, a bit each
         pub sheets: [u32; 8] = "array<atomic<u32>, 8>",
         /// what each tool did

@@ -90,12 +90,13 @@ twins! {
         pub averaging: f32 = "f32",
         /// share of what nodes do not see of a particle's velocity that stays on it
         pub velocity_kept: f32 = "f32",
-        /// what the shear strength gives to clay one cell deep, k h / (rho_s dx) [cells/substep]
+        /// what the shear strength of fresh clay gives to clay one cell deep, k h / (rho_s dx)
+        /// [cells/substep]
         pub adhesion: f32 = "f32",
         /// which tools are blades that hold clay off, or plates, a bit each
         pub dividers: u32 = "u32",
-        /// which tools are solid, a bit each
-        pub solids: u32 = "u32",
+        /// which tools press on particles, solid ones and by their edge, a bit each
+        pub pressing: u32 = "u32",
         /// what a tool gives per cell^2 and cell of depth, in eighths of a full cell's mass
         pub normal_spring: f32 = "f32",
         /// the same per cell of slip
@@ -108,6 +109,14 @@ twins! {
         pub weld_step: u32 = "u32",
         /// the sheets of plates that the plan has, a bit each from `PLATE_SHEET` on
         pub plates: u32 = "u32",
+        /// what an edge gives at most per share of it, of clay that fills a cell
+        pub toughness: f32 = "f32",
+        /// what viscosity adds to adhesion at a slide of a cell a substep
+        pub viscous_adhesion: f32 = "f32",
+        /// share of its strength at tools that clay gains per plastic strain
+        pub strength_gain: f32 = "f32",
+        /// whether blades have to know what clay has lost of its strength
+        pub remembers: u32 = "u32",
         /// nothing
         pub spare: u32 = "u32",
         /// of bent blades: two points (x, z) of the XZ plane each
@@ -167,6 +176,8 @@ impl Params {
         let coefficients = Coefficients::new(plan, domain, input.dt);
         let (low, high) = domain.wall_nodes();
         let weld = WeldRule::of(plan, input.start);
+        let loss = coefficients.contact.loss;
+        let weakens = |path: &ToolPath| path.tool.shape.is_blade() && path.tool.contact.sticks() && loss.is_any();
         let bits = |is: &dyn Fn(&ToolPath) -> bool| plan.tools.iter().enumerate().map(|(i, path)| u32::from(is(path)) << i).sum();
         let walls = domain.walls.low.iter().chain(&domain.walls.high);
         Self {
@@ -194,9 +205,13 @@ impl Params {
             node_mass_limit: input.scales.node_mass_limit,
             averaging: plan.volume_averaging as f32,
             velocity_kept: coefficients.velocity_kept as f32,
-            adhesion: (coefficients.adhesion as f32).min(YIELD_NORM_MAX),
+            adhesion: (coefficients.adhesion.strength as f32).min(YIELD_NORM_MAX),
+            viscous_adhesion: coefficients.adhesion.viscous as f32,
+            strength_gain: coefficients.contact.loss.gain as f32,
+            remembers: plan.tools.iter().any(weakens).into(),
             dividers: bits(&|path| path.divides() && !path.tool.shape.is_wire()),
-            solids: bits(&|path| !path.tool.shape.is_blade()),
+            pressing: bits(&|path| !path.tool.shape.is_blade() || coefficients.contact.toughness > 0.0 || weakens(path)),
+            toughness: coefficients.contact.toughness as f32,
             plates: plan.tools.iter().filter(|path| path.sheet >= PLATE_SHEET).map(|path| 1 << (path.sheet - PLATE_SHEET)).sum(),
             profiles: profiles(plan, domain.cell_width),
             normal_spring: coefficients.contact.normal as f32,

@@ -44,3 +44,8 @@ fn local_index(n: vec3i) -> u32 {
 fn local_node(k: u32) -> vec3i {
     return vec3i(vec3u(k / 16u, (k / 4u) % 4u, k % 4u));
 }
+
+// What a particle's WAY notes of fresh clay where blades have to know what it has lost of its strength; the
+// most that it may have gained, which is the unit of sums of what is lost.
+const FRESH: f32 = 64.0;
+const LOST_MAX: f32 = 32.0;

@@ -103,7 +103,7 @@ pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Pa
 pub(super) fn add_status(report: &mut FrameReport, plan: &FramePlan, status: &Status) {
     report.speed_max = status.speed.into();
     report.clamped = status.clamped.into();
-    report.welded = status.welded.into();
+    (report.welded, report.carried) = (status.welded.into(), status.carried.into());
     let has = |sheet: &u8| status.sheets[usize::from(sheet / 32)] >> (sheet % 32) & 1 == 1;
     report.sheets = (1..=u8::MAX).filter(has).collect();
     if status.crowded != 0 {

@@ -5,8 +5,8 @@ const VELOCITY: u32 = 1u; // [cells/substep], packed tags
 const AFFINE: u32 = 2u; // 3 columns of C h; w: mass, working, plastic strain since volumes were last averaged
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
 const STRESS: u32 = 7u; // scaled: xx yy zz xy | xz yz, walls that it touches or has arrived at, unused
-const WAY: u32 = 9u; // of the last substep [cells], 0; from `penalty` to `g2p` velocity that solid tools give, 1
-const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while there are solid tools: place in a tool's frame [cells], its id + 1
+const WAY: u32 = 9u; // of the last substep [cells], 0; from `penalty` to `g2p` velocity that tools give, and 1 or, from FRESH on, what is lost of the strength
+const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while tools press: place in a tool's frame [cells], its id + 1
 
 @group(0) @binding(2) var<storage, read_write> state: array<vec4f>;
 
@@ -28,6 +28,18 @@ fn weight(f: f32, k: i32) -> f32 {
     let d = f - f32(k);
     let e = 1.5 - abs(d);
     return select(0.5 * e * e, 0.75 - d * d, k == 1);
+}
+
+// Where the packed tags (sheet, side, sheet, side) hold a side of this sheet: 0 or 16, the shift of the tag;
+// NONE if they do not.
+const NONE: u32 = 32u;
+
+fn place_of(tags: u32, sheet: u32) -> u32 {
+    for (var shift = 0u; shift < NONE; shift += 16u) {
+        let tag = tags >> shift;
+        if (tag & 255u) == sheet && ((tag >> 8u) & 255u) != 0u { return shift; }
+    }
+    return NONE;
 }
 
 // One tag (sheet, side): 0 for none, else the sheet and whether it is the front.

@@ -166,14 +166,16 @@ fn traction_share(d: f32) -> f32 {
 }
 
 // Velocity that a sticking blade leaves of v at a node `distance_` before it: along the plane it takes the
-// clay along with at most its shear strength.
+// clay along with at most its shear strength, and what viscosity adds at its speed.
 fn stick(t: Tool, v: vec3f, q: vec3f, n: vec3f, distance_: f32, adhesion: f32) -> vec3f {
     let surface = velocity_at(t, q);
     let relative = v - surface;
     let leaving = dot(relative, n);
     let slide = relative - leaving * n;
     let speed = length(slide);
-    let most = adhesion * traction_share(distance_);
+    var most = adhesion;
+    if params.viscous_adhesion > 0.0 && speed > 0.0 { most += params.viscous_adhesion * pow(speed, params.flow_index); }
+    most *= traction_share(distance_);
     var after = surface;
     if distance_ > CONTACT_OFFSET { after += leaving * n; }
     if speed > most { after += (1.0 - most / speed) * slide; }

@@ -2,7 +2,7 @@
 // block, one invocation a node: a wall's three nodes (outer, wall, inner) stand in one block.
 
 @group(0) @binding(7) var<storage, read> blocks: array<u32>;
-@group(0) @binding(8) var<storage, read> sums: array<vec4i>; // impulse and mass, momentum: two of each node and class
+@group(0) @binding(8) var<storage, read> sums: array<vec4i>; // impulse and mass, momentum and what is lost of the strength: two of each node and class
 
 struct Sums { c: array<vec4f, CLASSES> } // momentum with the impulse, and mass, of each class
 
@@ -16,6 +16,20 @@ fn own_sums(slot: u32, k: u32) -> Sums {
         own.c[c] = vec4f((vec3f(sums[place + 1u].xyz) + vec3f(q.xyz)) / params.momentum_scale, f32(q.w) / params.mass_scale);
     }
     return own;
+}
+
+// What the clay of the classes with this leader has lost of its strength at tools, in the mean.
+fn strength_lost(leader: array<u32, CLASSES>, f: u32, slot: u32, k: u32) -> f32 {
+    if params.remembers == 0u { return 0.0; }
+    var mass = 0.0;
+    var lost = 0.0;
+    for (var c = 0u; c < CLASSES; c++) {
+        if leader[c] != f { continue; }
+        let place = 2u * ((slot * CLASSES + c) * 64u + k);
+        mass += f32(sums[place].w);
+        lost += f32(sums[place + 1u].w);
+    }
+    return LOST_MAX * lost / max(mass, 1.0);
 }
 
 // A node's place in a column across a wall.

@@ -1,13 +1,16 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
 //! directives.
 
-use super::super::cut::{NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN};
+use super::super::carry::{CARRY_COSINE, CARRY_SHARE};
+use super::super::cut::{FACE_DISTANCE, GAP_ALLOWANCE, NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::Wall;
 use super::super::penalty::{ARRIVAL_GAP, BOND_REACH, EJECTION_SPEED, FOUND_DEPTH, STICK_FRICTION};
 use super::super::snapshot::ANCHORS_MAX;
-use super::super::tool::{BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, SET_BACK, TRACTION_REACH_MIN, ToolShape};
+use super::super::tool::{
+    BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, EDGE_RAMP, EDGE_REACH, SET_BACK, TRACTION_REACH_MIN, ToolShape,
+};
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
 use super::layout::{
     FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
@@ -70,9 +73,14 @@ fn constants(classes: u32) -> String {
         ("BOND_REACH", BOND_REACH),
         ("CONTACT_OFFSET", CONTACT_OFFSET),
         ("CUT_FRICTION", CUT_FRICTION),
+        ("EDGE_RAMP", EDGE_RAMP),
+        ("EDGE_REACH", EDGE_REACH),
         ("EJECTION_SPEED", EJECTION_SPEED),
         ("FOUND_DEPTH", FOUND_DEPTH),
+        ("GAP_ALLOWANCE", GAP_ALLOWANCE),
         ("MEETING_SHARE", MEETING_SHARE),
+        ("CARRY_SHARE", CARRY_SHARE),
+        ("CARRY_COSINE", CARRY_COSINE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
         ("SHARE_SLOPE_MIN", SHARE_SLOPE_MIN),
         // Of the elastic strain b - I.
@@ -85,6 +93,8 @@ fn constants(classes: u32) -> String {
         ("STICK_FRICTION", STICK_FRICTION),
         ("TRACTION_REACH_MIN", TRACTION_REACH_MIN),
     ];
+    let numbers = numbers.map(|(name, value)| (name.to_string(), value)).into_iter();
+    let numbers = numbers.chain(FACE_DISTANCE.into_iter().enumerate().map(|(i, a)| (format!("FACE_DISTANCE_{i}"), a)));
     let unsigned = unsigned.map(|(name, value)| format!("const {name}: u32 = {value}u;\n"));
     unsigned.chain(numbers.map(|(name, value)| format!("const {name}: f32 = {value:?}f;\n"))).collect()
 }
@@ -202,7 +212,7 @@ mod tests {
     /// none falls to what was meant for another.
     #[test]
     fn every_shape_and_contact_has_a_case() {
-        let (module, _) = validated("tags", &compose(Id::Tags.pass(), 3));
+        let (module, _) = validated("penalty", &compose(Id::Penalty.pass(), 3));
         let shapes: BTreeSet<u32> = ToolShape::ALL.iter().map(ToolShape::number).collect();
         let parts = |shape: &&ToolShape| shape.is_blade() || matches!(shape, ToolShape::Box { .. });
         let dividers: BTreeSet<u32> = ToolShape::ALL.iter().filter(parts).map(ToolShape::number).collect();
@@ -212,6 +222,7 @@ mod tests {
             ("normal_at", &shapes),
             ("is_solid", &shapes),
             ("is_wire", &shapes),
+            ("edge_before", &shapes),
             ("foot_on", &dividers),
             ("is_crossed", &dividers),
             ("band_of", &dividers),

@@ -4,6 +4,7 @@
 //! [`meeting`](super::meeting) in f64.
 
 use super::super::cut::CutKey;
+use super::super::params::BLOCK;
 use super::grid_step::{GridReport, GridStep};
 use super::kernel::Tile;
 use super::meeting::{self, Meeting};
@@ -109,11 +110,16 @@ impl Grid {
         cut.ghosts.get(cut.keys.binary_search(&key).ok()?)
     }
 
+    /// The tagged classes of a block, if there are any.
+    pub(super) fn cut_at(&self, table: &Table, block: IVec3) -> Option<&CutBlock> {
+        let slot = table.slot(block).and_then(|s| self.cut_slot.get(s)?.checked_sub(1))?;
+        Some(&self.cuts[slot as usize])
+    }
+
     /// Mass at a node, as the particles brought it, of the clay on one side of a sheet.
     pub(super) fn mass_on(&self, table: &Table, node: IVec3, sheet: u8, side: i8) -> f64 {
-        let block = node.div_euclid(IVec3::splat(4));
-        let Some(slot) = table.slot(block).and_then(|s| self.cut_slot.get(s)?.checked_sub(1)) else { return 0.0 };
-        let (cut, at) = (&self.cuts[slot as usize], node - block * 4);
+        let block = node.div_euclid(IVec3::splat(BLOCK));
+        let (Some(cut), at) = (self.cut_at(table, block), node - block * BLOCK) else { return 0.0 };
         let classes = cut.keys.iter().zip(&cut.nodes).filter(|(key, _)| key.side(sheet) == side);
         classes.map(|(_, nodes)| f64::from(nodes[local(at.x, at.y, at.z)].0[3])).sum()
     }

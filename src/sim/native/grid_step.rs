@@ -4,6 +4,7 @@ use super::super::coefficients::Coefficients;
 use super::super::frame::FramePlan;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
+use super::super::tool::Adhesion;
 use super::super::validation::{AffineDrive, Manufactured};
 use super::contact::ToolNow;
 use glam::{DVec3, IVec3};
@@ -15,9 +16,8 @@ pub(super) struct GridStep {
     pub gravity: DVec3,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
-    /// Velocity that the clay's shear strength gives to clay one cell deep, `k h / (rho_s dx)`
-    /// [cells/substep].
-    pub adhesion: f64,
+    /// What holds fresh clay on a sticking blade [cells/substep].
+    pub adhesion: Adhesion,
     /// Further inputs of validation cases; blocks take the long way where there are any.
     pub imposed: Option<Imposed>,
 }

@@ -335,7 +335,7 @@ fn store(step: &Step, particles: &mut [Hot], cold: &mut [Cold], new: &Advanced, 
     out
 }
 
-/// Adds what solid tools and walls give to what particles bring.
+/// Adds what tools and walls give to what particles bring, and what blades that stick have to know of them.
 #[inline(always)]
 fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], brought: &mut [Brought; 8]) {
     let Some(press) = press else { return };
@@ -345,6 +345,7 @@ fn push(press: &mut Option<&mut Press<'_>>, hot: &[Hot], cold: &mut [Cold], brou
         for d in 0..3 {
             brought[0].0[d] += given[d];
         }
+        brought[0].0[7] = press.strength_lost(hot, cold);
     }
 }
 

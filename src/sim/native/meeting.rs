@@ -13,6 +13,7 @@ mod walls;
 pub(super) use bounds::Meeting;
 pub(super) use classes::folded_masses;
 
+use super::super::cut;
 use super::super::cutting::CuttingMethod;
 use super::super::params::BLOCK;
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
@@ -67,7 +68,13 @@ impl Block<'_> {
                 let (field, normal, distance) = (usize::from(f), front * sign, distance * sign);
                 if tool.contact.sticks() {
                     let surface = tool.motion.velocity_at(world);
-                    let after = tool::stick(self.velocity[field][k], surface, normal, distance, step.adhesion);
+                    let after = tool::stick(
+                        self.velocity[field][k],
+                        surface,
+                        normal,
+                        distance,
+                        step.adhesion.weakened(self.strength_lost(k, field)),
+                    );
                     self.push(k, field, (index, tool), world, after);
                 } else if distance <= CONTACT_OFFSET {
                     let after = tool.apply(self.velocity[field][k], world, normal);
@@ -78,20 +85,31 @@ impl Block<'_> {
         for b in 1..fields.as_slice().len() {
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
-                if let Some(normal) = divisions.pair_normal(from.0, to.0, |sheet| self.cut_normal(node, sheet)) {
-                    self.exchange(k, from.1.into(), to.1.into(), normal);
+                if let Some(facing) = divisions.pair_facing(from.0, to.0, |sheet| self.cut_facing(node, sheet)) {
+                    self.exchange(k, from.1.into(), to.1.into(), facing);
                 }
             }
         }
     }
 
-    /// Unit normal of a kept cut at a node, from back to front.
-    fn cut_normal(&mut self, node: IVec3, sheet: u8) -> Option<DVec3> {
+    /// What the clay of a field has lost of its strength at tools, in the mean [-].
+    fn strength_lost(&self, k: usize, field: usize) -> f64 {
+        let (mut mass, mut lost) = (0.0, 0.0);
+        for (own, leader) in self.classes.own.iter().zip(&self.leader) {
+            if usize::from(leader[k]) == field {
+                (mass, lost) = (mass + own[k].mass, lost + own[k].lost);
+            }
+        }
+        if mass > 0.0 { lost / mass } else { 0.0 }
+    }
+
+    /// How the sides of a kept cut face each other at a node.
+    fn cut_facing(&mut self, node: IVec3, sheet: u8) -> Option<cut::Facing> {
         let at = self.about.iter().position(|about| about.sheet == sheet).unwrap_or_else(|| {
             self.about.push(SheetMasses::new(sheet, self.block, self.masses_of));
             self.about.len() - 1
         });
-        self.about[at].normal(node - self.block * BLOCK)
+        self.about[at].facing(node - self.block * BLOCK)
     }
 
     /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
@@ -111,20 +129,23 @@ impl Block<'_> {
         sum.2 += u64::from(after != before);
     }
 
-    /// Two fields exchange momentum while they approach along `n`, from a to b.
-    fn exchange(&mut self, k: usize, a: usize, b: usize, n: DVec3) {
+    /// Two fields exchange momentum while they approach, from a to b, by more than there is room for.
+    fn exchange(&mut self, k: usize, a: usize, b: usize, facing: cut::Facing) {
         let (m_a, m_b) = (self.field[a][k].mass, self.field[b][k].mass);
         if m_a <= 0.0 || m_b <= 0.0 {
             return;
         }
         let relative = self.velocity[b][k] - self.velocity[a][k];
+        let n = facing.normal;
         let approach = relative.dot(n);
-        if approach >= 0.0 {
+        // Velocities are in cells a substep.
+        let excess = approach + facing.room();
+        if excess >= 0.0 {
             return;
         }
         let slide = relative - approach * n;
-        let stop = slide.length().min(-approach * CUT_FRICTION);
-        let impulse = m_a * m_b / (m_a + m_b) * (-approach * n - slide.normalize_or_zero() * stop);
+        let stop = slide.length().min(-excess * CUT_FRICTION);
+        let impulse = m_a * m_b / (m_a + m_b) * (-excess * n - slide.normalize_or_zero() * stop);
         self.velocity[b][k] += impulse / m_b;
         self.velocity[a][k] -= impulse / m_a;
     }
@@ -160,7 +181,7 @@ impl Block<'_> {
                 if is_incompatible(&self.ghosts, class, k) {
                     continue;
                 }
-                let Sum { mass, momentum } = own[k];
+                let Sum { mass, momentum, .. } = own[k];
                 let free = step.damping * (momentum + mass * self.gravity[k]);
                 impulse += mass * self.velocity[usize::from(leader[k])][k] - free;
             }
@@ -176,9 +197,9 @@ pub(super) struct Ties {
     pub leaders: Vec<[u8; 64]>,
     /// The columns that walls fold.
     pub folds: Vec<Fold>,
-    /// The fields that kept cuts divide: a node, the first classes of both, and the unit normal from the
-    /// first to the second.
-    pub divided: Vec<(usize, [u8; 2], DVec3)>,
+    /// The fields that kept cuts divide: a node, the first classes of both, and how the second faces
+    /// the first.
+    pub divided: Vec<(usize, [u8; 2], cut::Facing)>,
 }
 
 /// The ties of a block.
@@ -201,8 +222,8 @@ pub(super) fn ties<'a>(
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
                 let node = block * BLOCK + offset(k);
-                let normal = divisions.pair_normal(from.0, to.0, |sheet| nodes.cut_normal(node, sheet));
-                divided.extend(normal.map(|normal| (k, [from.1, to.1], normal)));
+                let facing = divisions.pair_facing(from.0, to.0, |sheet| nodes.cut_facing(node, sheet));
+                divided.extend(facing.map(|facing| (k, [from.1, to.1], facing)));
             }
         }
     }

@@ -19,6 +19,7 @@
 //! | `implicit` | the implicit step                                                           |
 
 mod averaging;
+mod carry;
 mod contact;
 mod ghost;
 mod grid;

@@ -17,6 +17,7 @@ use super::super::sums::{ParticleSums, judge};
 use super::super::support::{Support, bearing_walls};
 use super::super::weld::WeldRule;
 use super::averaging;
+use super::carry;
 use super::contact::{Moment, ToolNow, samples};
 use super::ghost;
 use super::grid::{Grid, Tiles};
@@ -76,6 +77,8 @@ struct Tally {
     clamped: u64,
     /// Tags of sides that grew together.
     welded: u64,
+    /// Sides carried on.
+    carried: u64,
     timings: Timings,
     /// Evaluations of forces, steps cut and the greatest residual of implicit steps, and their impulse that
     /// is out of balance.
@@ -263,7 +266,7 @@ impl Solver {
                 tools = next;
             } else {
                 self.end(&particles, speed, &mut tally);
-                self.grow_together(&step, plan, &mut tally);
+                self.settle_sides(&step, plan, &mut tally);
                 if plan.averages() {
                     self.sort(&mut tally);
                     averaging::average_volumes(&mut self.state, plan.volume_averaging);
@@ -366,11 +369,13 @@ impl Solver {
         tally.timings.particles += began.elapsed().as_secs_f64();
     }
 
-    /// Lets the sides of cuts that are pressed on each other grow together.
-    fn grow_together(&mut self, step: &Step, plan: &FramePlan, tally: &mut Tally) {
-        let Some(rule) = WeldRule::of(plan, self.time) else { return };
-        tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule);
-        if tally.welded > 0 {
+    /// Lets the sides of cuts that are pressed on each other grow together, and carries on those that stay.
+    fn settle_sides(&mut self, step: &Step, plan: &FramePlan, tally: &mut Tally) {
+        if let Some(rule) = WeldRule::of(plan, self.time) {
+            tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule);
+        }
+        tally.carried = carry::carry_on(&mut self.state, &self.grid, plan);
+        if tally.welded + tally.carried > 0 {
             self.sort(tally);
         }
     }
@@ -456,7 +461,7 @@ impl Solver {
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
-        report.welded = tally.welded;
+        (report.welded, report.carried) = (tally.welded, tally.carried);
         report.passes = tally.passes;
         (report.rejected, report.residual, report.is_standing) = (tally.rejected, tally.residual, tally.is_standing);
         report.unbalanced_impulse = tally.unbalanced * unit;

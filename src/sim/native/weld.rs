@@ -1,9 +1,10 @@
 //! Where the two sides of a cut grow together: once a frame, at its end (see the oracle's file of this name).
 
+use super::super::carry::SidesAbout;
 use super::super::frame::FramePlan;
 use super::super::snapshot::Tag;
 use super::super::spline::spline;
-use super::super::weld::{MEETING_SHARE, WeldRule};
+use super::super::weld::WeldRule;
 use super::grid::Grid;
 use super::law;
 use super::passes::work;
@@ -44,19 +45,16 @@ fn cauchy_stress(step: &Step, hot: &Hot) -> DMat3 {
 fn normal(hot: &Hot, tag: Tag, grid: &Grid, table: &Table) -> Option<DVec3> {
     let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
     let base = (at - 0.5).floor().as_ivec3();
-    let (mut masses, mut gradients) = ([0.0; 2], [DVec3::ZERO; 2]);
+    let mut about = SidesAbout::default();
     for i in 0..27 {
         let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
         let arm = node.as_dvec3() - at;
         let weight = spline(arm.x) * spline(arm.y) * spline(arm.z);
         for (side, sign) in [1, -1].into_iter().enumerate() {
             let mass = weight * grid.mass_on(table, node, tag.sheet, sign);
-            masses[side] += mass;
-            gradients[side] += mass * arm;
+            about.masses[side] += mass;
+            about.moments[side] += mass * arm;
         }
     }
-    let total = masses[0] + masses[1];
-    let shares = masses.map(|mass| mass / total);
-    let meet = shares[0].min(shares[1]) > MEETING_SHARE;
-    if meet { (shares[1] * gradients[0] - shares[0] * gradients[1]).try_normalize() } else { None }
+    about.normal()
 }

@@ -5,17 +5,20 @@
 //!    bounded by it where it reaches beyond it: one in front at nodes with distance <= [`CONTACT_OFFSET`],
 //!    normal +n; one behind at distance >= -[`CONTACT_OFFSET`], normal -n, by the contact of the tool
 //!    (below). A blade that sticks holds these nodes across its plane; along it, it takes each field of
-//!    every node of the band along, by at most [`traction_share`](tool::traction_share) of `k h / (rho_s
-//!    dx)`, k the fresh clay's shear strength: a traction of k, shared out as the stress of clay at yield
-//!    is. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane
+//!    every node of the band along, by at most [`traction_share`](tool::traction_share) of `tau h / (rho_s
+//!    dx)`: a traction, shared out as the stress of clay at yield is, of tau = k (1 - l) and what viscosity
+//!    adds at the shear rate `s / dx` of the slide s [m/s]; k is the shear strength of fresh clay at a tool,
+//!    l what the field's clay has lost of it, in the mean over what its particles brought to the node,
+//!    unfolded. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane
 //!    lies between them.)
 //! 2. **Fields**: each two fields a, b of a node, in the order of the divisions they are beyond (bit i for
-//!    the i-th sheet), exchange momentum while they approach along n, unless a blade stands between them. n
-//!    is the normal from a to b of the sheet between them, or the mean of the normals of two, each the slope
-//!    of the front's share of the tagged mass, fitted to the 27 nodes about the node ([`cut`]; no exchange
-//!    where one vanishes). With `u = (v_b - v_a) . n < 0` and the reduced mass `m = m_a m_b / (m_a + m_b)`
-//!    the impulse on b is `-m u` along n and, against sliding, at most [`CUT_FRICTION`] times that (never
-//!    more than stops the sliding).
+//!    the i-th sheet), exchange momentum while they approach along n by more than there is room for, unless
+//!    a blade stands between them. n is the normal from a to b of the sheet between them, or the mean of the
+//!    normals of two, each the slope of the front's share of the tagged mass, fitted to the 27 nodes about
+//!    the node, and g the gap between the faces, of two sheets the wider one ([`cut::facing`]; no exchange
+//!    where a normal vanishes). With `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
+//!    `m = m_a m_b / (m_a + m_b)` the impulse on b is `-m u` along n and, against sliding, at most
+//!    [`CUT_FRICTION`] times that (never more than stops the sliding).
 //!
 //! Contact at the velocity `v_t` of the blade at the node
 //! ([`Motion::velocity_at`](tool::Motion::velocity_at)): stick `v = v_t`; slip removes the relative normal
@@ -28,7 +31,7 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::cut;
+use super::super::cut::{self, Facing};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Division, Field, Grid, Node};
@@ -48,11 +51,11 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
         for (i, band) in bands {
             against_blade(&mut grid.nodes[index], i, coordinate, band, around, frame);
         }
-        let normals = cut_normals(grid, coordinate, index);
+        let facings = cut_facings(grid, coordinate, index);
         for b in 1..grid.nodes[index].fields.len() {
             for a in 0..b {
-                if let Some(normal) = pair_normal(&grid.nodes[index], a, b, &normals) {
-                    exchange(&mut grid.nodes[index], a, b, normal);
+                if let Some(facing) = pair_facing(&grid.nodes[index], a, b, &facings) {
+                    exchange(&mut grid.nodes[index], a, b, facing, around.domain.cell_width / around.plan.dt);
                 }
             }
         }
@@ -68,12 +71,13 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
         return;
     }
     let world = around.domain.to_world(coordinate.as_dvec3());
-    let sides: Vec<f64> = node.fields.iter().map(|field| f64::from(node.side(field, i))).collect();
-    for (field, sign) in node.fields.iter_mut().zip(sides) {
+    let lost = |field: &Field| node.classes.strength_lost(|key| node.beyond(key) == field.beyond);
+    let sides: Vec<_> = node.fields.iter().map(|field| (f64::from(node.side(field, i)), lost(field))).collect();
+    for (field, (sign, lost)) in node.fields.iter_mut().zip(sides) {
         let (normal, distance) = (band.normal * sign, band.distance * sign);
         let felt = &mut frame.tools[band.tool];
         if tool.path.tool.contact.sticks() {
-            let after = tool::stick(field.velocity, tool.velocity(world), normal, distance, around.adhesion());
+            let after = tool::stick(field.velocity, tool.velocity(world), normal, distance, around.adhesion().weakened(lost));
             push(field, tool, world, after, felt);
         } else if distance <= CONTACT_OFFSET {
             let after = contact_velocity(tool.path.tool.contact, field.velocity, tool.velocity(world), normal);
@@ -82,48 +86,49 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     }
 }
 
-/// Unit normal of each kept cut that divides the node, from back to front; none where a blade divides it.
-pub(super) fn cut_normals(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<DVec3>> {
+/// How the sides of each kept cut that divides the node face each other; none where a blade divides it.
+pub(super) fn cut_facings(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<Facing>> {
     let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
-    let normal = |d: &Division| {
+    let facing = |d: &Division| {
         let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
         let masses = |o: IVec3| (o, mass(coordinate + o, d.sheet, 1), mass(coordinate + o, d.sheet, -1));
-        if d.band.is_some() { None } else { cut::fitted_normal(about.map(masses)) }
+        if d.band.is_some() { None } else { cut::facing(about.map(masses)) }
     };
     let node = &grid.nodes[index];
-    if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(normal).collect() }
+    if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(facing).collect() }
 }
 
-/// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None where a
-/// blade stands between them, which acts on both, or where a cut has no normal.
-pub(super) fn pair_normal(node: &Node, a: usize, b: usize, normals: &[Option<DVec3>]) -> Option<DVec3> {
+/// How field `b` faces field `a`, its normal from a to b: across the one cut between them, or both of two.
+/// None where a blade stands between them, which acts on both, or where a cut has no normal.
+pub(super) fn pair_facing(node: &Node, a: usize, b: usize, facings: &[Option<Facing>]) -> Option<Facing> {
     let [from, to] = [a, b].map(|f| &node.fields[f]);
-    let mut sum = DVec3::ZERO;
-    for (i, normal) in normals.iter().enumerate() {
+    let mut between = vec![];
+    for (i, facing) in facings.iter().enumerate() {
         let side = node.side(to, i);
         if side != node.side(from, i) {
-            sum += f64::from(side) * (*normal)?;
+            between.push((*facing)?.turned(side));
         }
     }
-    sum.try_normalize()
+    Facing::across(between.into_iter())
 }
 
-/// Two fields of a node exchange momentum while they approach along `normal` (from a to b): equal and
-/// opposite.
-fn exchange(node: &mut Node, a: usize, b: usize, normal: DVec3) {
+/// Two fields of a node exchange momentum while they approach by more than there is room for in the step:
+/// equal and opposite. `speed` is a cell a step [m/s].
+fn exchange(node: &mut Node, a: usize, b: usize, facing: Facing, speed: f64) {
     let [behind, before] = [node.fields[a], node.fields[b]];
     if behind.sum.mass == 0.0 || before.sum.mass == 0.0 {
         return;
     }
     let relative = before.velocity - behind.velocity;
-    let approach = relative.dot(normal);
-    if approach >= 0.0 {
+    let approach = relative.dot(facing.normal);
+    let excess = approach + facing.room() * speed;
+    if excess >= 0.0 {
         return;
     }
     let reduced_mass = behind.sum.mass * before.sum.mass / (behind.sum.mass + before.sum.mass);
-    let sliding = relative - approach * normal;
-    let stopped = friction_stop(sliding.length(), CUT_FRICTION * -approach);
-    let impulse = -reduced_mass * (approach * normal + sliding * stopped);
+    let sliding = relative - approach * facing.normal;
+    let stopped = friction_stop(sliding.length(), CUT_FRICTION * -excess);
+    let impulse = -reduced_mass * (excess * facing.normal + sliding * stopped);
     for (field, on_field) in [(b, impulse), (a, -impulse)] {
         let field = &mut node.fields[field];
         field.velocity += on_field / field.sum.mass;

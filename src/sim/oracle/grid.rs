@@ -13,6 +13,8 @@ pub(super) struct Sum {
     pub(super) momentum: DVec3,
     /// The same without the impulses of stress and of tools: what the particles had.
     pub(super) before: DVec3,
+    /// Mass times what the clay has lost of its strength at tools \[kg\].
+    pub(super) lost: f64,
 }
 
 impl std::ops::AddAssign for Sum {
@@ -20,6 +22,7 @@ impl std::ops::AddAssign for Sum {
         self.mass += other.mass;
         self.momentum += other.momentum;
         self.before += other.before;
+        self.lost += other.lost;
     }
 }
 
@@ -83,6 +86,14 @@ impl Classes {
     pub(super) fn velocity_before(&self, key: CutKey) -> Option<DVec3> {
         let (_, sum) = self.iter().find(|(class, sum)| *class == key && sum.mass > 0.0)?;
         Some(sum.before / sum.mass)
+    }
+
+    /// What the clay of these classes has lost of its strength at tools, in the mean [-]; fresh where there
+    /// is none.
+    pub(super) fn strength_lost(&self, is_its: impl Fn(CutKey) -> bool) -> f64 {
+        let its = || self.iter().filter(|(key, _)| is_its(*key));
+        let mass: f64 = its().map(|(_, sum)| sum.mass).sum();
+        if mass > 0.0 { its().map(|(_, sum)| sum.lost).sum::<f64>() / mass } else { 0.0 }
     }
 
     /// Mass \[kg\] of all classes.

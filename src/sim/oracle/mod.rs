@@ -16,19 +16,21 @@
 //! | `g2p`                  | nodes to particles, advection                     | APIC, what fades of it |
 //! | `law`                  | Hencky elasticity, von Mises return               | Eq. 5 scales the yield |
 //! | `weld`                 | cuts grow together, once a frame                  | -                      |
+//! | `carry`                | the sides of cuts are carried on, once a frame    | -                      |
 //! | `implicit`             | the other integrator: one step as one potential   | backward Euler         |
 //! | `ghost`, `interactive` | the methods of others, to compare with            | Eq. 1-3 to the letter  |
 //! | `report`               | momentum, energy and volume                       | -                      |
 //!
 //! What it shares with the engines is what their comparison cannot judge: the material's yield stress
 //! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact (`penalty`),
-//! `fitted_normal` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
+//! `facing` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
 //! against closed forms.
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.
 //! numbers are those of the paper named in [`sim`](super). Lengths are in cells, all else in SI units.
 
 mod averaging;
+mod carry;
 mod contact;
 mod g2p;
 mod ghost;
@@ -103,6 +105,7 @@ impl Oracle {
             };
             if step + 1 == plan.steps {
                 weld::grow_together(&mut self.particles, &grid, plan, self.time, &mut frame);
+                carry::carry_on(&mut self.particles, &grid, plan, &mut frame);
             }
         }
         if plan.averages() {

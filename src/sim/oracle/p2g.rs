@@ -11,6 +11,7 @@
 //!
 //! Beside these, `sum w m_p (v + C (x_i - x_p) dx)`, what the particles had before stress and tools: over
 //! `m_i` the velocity *before*, of each class by itself, which no wall folds; [`g2p`](super::g2p) needs it.
+//! And `sum w m_p l`, l what the particle has lost of its strength: [`contact`](super::contact) needs it.
 
 use super::grid::Grid;
 use super::law;
@@ -28,7 +29,7 @@ pub(super) fn scatter(particles: &[Particle], impulses: &[DVec3], around: &Surro
         let mass = density * particle.rest_volume;
         let stress = law::kirchhoff_stress(&around.plan.material, particle.elastic_strain) * around.stress_factor(particle);
         let affine = particle.affine - stress * (4.0 * around.plan.dt / (density * cell_width * cell_width));
-        let key = particle.key();
+        let (key, lost) = (particle.key(), around.strength_lost(particle));
         for touch in stencil(particle.position) {
             let Some(index) = grid.index(touch.node) else { continue };
             let node = &mut grid.nodes[index];
@@ -37,6 +38,7 @@ pub(super) fn scatter(particles: &[Particle], impulses: &[DVec3], around: &Surro
             let arm = touch.arm * cell_width;
             sum.momentum += touch.weight * (mass * (particle.velocity + affine * arm) + *impulse);
             sum.before += touch.weight * mass * (particle.velocity + particle.affine * arm);
+            sum.lost += touch.weight * mass * lost;
             node.walls |= particle.walls;
         }
     }

@@ -1,5 +1,5 @@
-//! Clay against solid tools and separating walls: the [law of contact](super::super::penalty), particle by
-//! particle.
+//! Clay against solid tools, the edges of blades and separating walls: the [law of
+//! contact](super::super::penalty), particle by particle.
 //!
 //! For each particle at its place of `t`, and each solid tool of the plan in order at its pose of `t + h`:
 //! `g = s(x) - r` with the shape's signed distance and [`reach`] of the rest volume in cells^3, n the
@@ -11,15 +11,22 @@
 //! order. The impulse `h F` goes to the nodes with the particle's own momentum ([`p2g`](super::p2g)),
 //! before walls fold; the tool feels `-h F` at x, about its origin at `t + h`. [Walls](super::walls::touch)
 //! come after the tools. A growing ball of validation cases has its radius of `t + h`.
+//!
+//! A blade, a wire, presses by its edge on particles without a side of its sheet that are
+//! [ahead](super::super::tool::EDGE_REACH) of it as they stand at `t` and it at `t + h`, with the share K
+//! there: along the edge's outward normal m by [`Springs::cut`], its advance `m . (a - x)` from the anchor a,
+//! or from where x stood before the tool at `t`, and at most `R V_p K / dx^2`. Anchors of a wire are in the
+//! frame of the strip that it leaves; a wire that stands has no edge.
 
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;
 use super::super::penalty::{NORMAL_STIFFNESS, STICK_FRICTION, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
 use super::super::snapshot::ANCHORS_MAX;
+use super::super::tool::Blade;
 use super::particle::Particle;
-use super::tools::{Moment, Surroundings};
+use super::tools::{Moment, MovingTool, Surroundings};
 use super::walls;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// The impulse \[N s\] of solid tools and walls on each particle in the substep; moves the anchors and gives
 /// the tools the opposite.
@@ -42,7 +49,22 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
     let volume = particle.rest_volume / cell_width.powi(3);
     let mass = around.plan.inertial_density() * particle.rest_volume;
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
-    for (tool, felt) in around.tools.iter().zip(&mut frame.tools).filter(|(tool, _)| tool.is_solid()) {
+    for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
+        let mut book = |given: DVec3| {
+            felt.impulse -= given;
+            felt.angular_impulse -= (world - tool.motion.end.position).cross(given);
+            felt.contacts += 1;
+            frame.impulse_scale += given.length();
+        };
+        if !tool.is_solid() {
+            let Some(held) = hold_off(particle, tool, [world; 2], springs, around) else { continue };
+            anchors.push((tool.path.id, held.anchor));
+            impulse += held.force * around.plan.dt;
+            if held.force != DVec3::ZERO {
+                book(held.force * around.plan.dt);
+            }
+            continue;
+        }
         let (pose, id) = (tool.motion.end, tool.path.id);
         let gap = tool.distance(world, Moment::End) - reach(volume) * cell_width;
         let normal = tool.normal(world);
@@ -55,13 +77,55 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
         anchors.extend(touch.anchor.map(|at| (id, pose.to_local(at) / cell_width)));
         let given = touch.force * around.plan.dt;
         impulse += given;
-        felt.impulse -= given;
-        felt.angular_impulse -= (world - pose.position).cross(given);
-        felt.contacts += 1;
-        frame.impulse_scale += given.length();
+        book(given);
     }
     particle.anchors = std::array::from_fn::<_, ANCHORS_MAX, _>(|i| anchors.get(i).copied());
     impulse
+}
+
+/// What the edge of a blade does to a particle.
+pub(super) struct Held {
+    /// Force on the particle \[N\].
+    pub(super) force: DVec3,
+    /// Minus its slope [N/m].
+    pub(super) stiffness: DMat3,
+    /// Where it clings to the blade: a place in its frame \[cells\].
+    pub(super) anchor: DVec3,
+}
+
+/// How the edge of a blade holds off a particle that has come from the first place \[m\] to the second in the
+/// step.
+pub(super) fn hold_off(
+    particle: &Particle,
+    tool: &MovingTool,
+    [start, at]: [DVec3; 2],
+    springs: &Springs,
+    around: &Surroundings,
+) -> Option<Held> {
+    let cell_width = around.domain.cell_width;
+    // The methods of others know no toughness.
+    let resists = around.plan.cutting.keeps_cuts() && springs.toughness > 0.0;
+    let is_whole = particle.key().side(tool.path.sheet_id()) == 0;
+    let blade: &Blade = tool.blade.as_ref().filter(|_| resists && is_whole)?;
+    let edge = blade.edge(start)?;
+    let kept = particle.anchors.iter().flatten().find(|anchor| anchor.0 == tool.path.id);
+    let advance = blade.advance(&edge, at, kept.map(|anchor| anchor.1 * cell_width));
+    let (force, left) = springs.cut(edge.share, advance);
+    Some(Held {
+        force: edge.direction * force,
+        stiffness: Springs::cut_stiffness(edge.direction, force, advance),
+        anchor: blade.edge_anchor(&edge, at, left) / cell_width,
+    })
+}
+
+/// Those of a particle on the flank of a blade: the clay's present strength, and what viscosity adds where
+/// the cell beside it shears.
+pub(super) fn on_flank(particle: &Particle, springs: &Springs, around: &Surroundings) -> Springs {
+    let (material, cell_width) = (&around.plan.material, around.domain.cell_width);
+    let area = area(particle.rest_volume / cell_width.powi(3)) * cell_width * cell_width;
+    let left = (1.0 - around.strength_lost(particle)).max(0.0);
+    let viscous = material.viscous_shear_stress(1.0 / cell_width) * area;
+    springs.of_blade(material.shear_strength_at_tool() * left * area, [viscous, material.flow_index])
 }
 
 /// The springs of a particle of rest volume `volume` [m^3], in SI units.
@@ -73,7 +137,9 @@ pub(super) fn springs(volume: f64, around: &Surroundings) -> Springs {
         normal: NORMAL_STIFFNESS * modulus * area / cell_width,
         tangential: TANGENTIAL_STIFFNESS * modulus * area / cell_width,
         strength: material.shear_strength() * area,
+        toughness: material.toughness * volume / (cell_width * cell_width),
         grip: STICK_FRICTION,
+        viscous: [0.0, 1.0],
         inertia: around.plan.inertial_density() * volume / around.plan.dt,
         cell: cell_width,
         speed: cell_width / around.plan.dt,

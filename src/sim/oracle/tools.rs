@@ -2,7 +2,7 @@
 
 use super::super::frame::FramePlan;
 use super::super::params::Domain;
-use super::super::tool::{self, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape};
+use super::super::tool::{self, Adhesion, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape};
 use super::super::validation::Manufactured;
 use super::particle::Particle;
 use glam::{DVec3, IVec3};
@@ -44,8 +44,8 @@ impl MovingTool<'_> {
         self.shape.distance(pose.to_local(world))
     }
 
-    /// Signed distance \[cells\] of a node from the blade and the unit normal of the blade's front, if the node
-    /// is near it.
+    /// Signed distance \[cells\] of a node from the blade and the unit normal of the blade's front, if the
+    /// node is near it.
     pub(super) fn side(&self, node: IVec3, domain: &Domain) -> Option<(f64, DVec3)> {
         if let Some(sampled) = &self.sampled {
             return sampled.side(node);
@@ -109,14 +109,20 @@ impl<'a> Surroundings<'a> {
         (-self.plan.validation.damping * self.plan.dt).exp()
     }
 
-    /// Velocity [m/s] that a traction of the clay's shear strength gives in the substep to clay one cell
-    /// deep, `k h / (rho_s dx)`.
-    pub(super) fn adhesion(&self) -> f64 {
-        self.plan.material.shear_strength() * self.plan.dt / (self.plan.inertial_density() * self.domain.cell_width)
+    /// What holds fresh clay on a sticking blade in the substep [m/s].
+    pub(super) fn adhesion(&self) -> Adhesion {
+        let cell_width = self.domain.cell_width;
+        let velocity = self.plan.dt / (self.plan.inertial_density() * cell_width);
+        Adhesion::new(&self.plan.material, velocity, 1.0 / cell_width)
     }
 
-    /// Distance \[m\] from `position` \[cells\] to the nearest tool's surface at one end of the substep; infinite
-    /// without tools.
+    /// Share of its strength at tools that a particle has lost [-].
+    pub(super) fn strength_lost(&self, particle: &Particle) -> f64 {
+        self.plan.material.strength_loss().of(particle.structure, particle.hardening)
+    }
+
+    /// Distance \[m\] from `position` \[cells\] to the nearest tool's surface at one end of the substep;
+    /// infinite without tools.
     fn tool_distance(&self, position: DVec3, at: Moment) -> f64 {
         let world = self.domain.to_world(position);
         self.tools.iter().map(|tool| tool.distance(world, at).abs()).fold(f64::INFINITY, f64::min)

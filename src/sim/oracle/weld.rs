@@ -11,7 +11,7 @@
 //!
 //! A tag counts, in the magnitude of its side from 1 on: pressed,
 //! `floor(100 (t0 + T) / t_w) - floor(100 t0 / t_w)`, 100 at most, is added (t0 the clay's time when the
-//! frame starts, T its length), and above 100 the tag is gone and counted; not pressed, it is 1 again. c and
+//! frame starts, T its length), and above 100 the side is 0 and counted; not pressed, it is 1 again. c and
 //! t_w are 0.5 and 0.3 s, sticky 0.05 and 0.05 s.
 
 use super::super::frame::{FramePlan, FrameReport};

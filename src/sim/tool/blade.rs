@@ -8,6 +8,7 @@
 //! splines reach across the plane: within 1.5 cells at every angle, up to 3 % of the momentum of clay that
 //! leaves a blade got through in a quarter of a cell.
 
+use super::super::material::ClayMaterial;
 use super::contact::CONTACT_OFFSET;
 use super::outline::{Foot, Outline};
 use super::path::{Motion, Pose};
@@ -25,8 +26,8 @@ pub const SET_BACK: f64 = 1e-3;
 /// grows beyond all bounds.
 pub(crate) const TRACTION_REACH_MIN: f64 = 1e-3;
 
-/// Acceleration of a node at `distance` \[cells\] before a plane, positive in the clay, by a traction t of the
-/// plane on the clay, over `t / (rho_s dx)`.
+/// Acceleration of a node at `distance` \[cells\] before a plane, positive in the clay, by a traction t of
+/// the plane on the clay, over `t / (rho_s dx)`.
 ///
 /// The traction is shared by the nodes as clay of one stress shares its own: `N(d) / S(d)`, N the quadratic
 /// spline at the plane (it sums to 1), S the part of the spline, and so of the node's full mass, that is on
@@ -42,21 +43,54 @@ pub fn traction_share(distance: f64) -> f64 {
     at_plane / in_clay
 }
 
-/// Velocity that a sticking blade leaves of `velocity` at a node `distance` \[cells\] before it, whose surface
-/// moves at `surface`, the normal towards the clay.
+/// Velocity that a sticking blade leaves of `velocity` at a node `distance` \[cells\] before it, whose
+/// surface moves at `surface`, the normal towards the clay.
 ///
 /// Across the plane the node is held up to [`CONTACT_OFFSET`]; along it the blade takes it along with a
-/// traction of at most the clay's shear strength k: `adhesion = k h / (rho_s dx)`, in the unit of the
-/// velocities.
-pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhesion: f64) -> DVec3 {
+/// traction of at most the clay's present shear strength.
+pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhesion: Adhesion) -> DVec3 {
     let relative = velocity - surface;
     let leaving = relative.dot(normal);
     let slide = relative - leaving * normal;
-    // The strength of elastic clay is infinite.
-    let (speed, most) = (slide.length(), adhesion.min(f64::MAX) * traction_share(distance));
+    let speed = slide.length();
+    let most = adhesion.at(speed) * traction_share(distance);
     let kept = if speed > most { 1.0 - most / speed } else { 0.0 };
     let parting = if distance <= CONTACT_OFFSET { 0.0 } else { leaving };
     surface + parting * normal + kept * slide
+}
+
+/// What a sticking blade holds clay by: tractions tau as the velocities `tau h / (rho_s dx)` that they give
+/// to clay one cell deep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adhesion {
+    /// Of the shear strength of clay at a tool.
+    pub strength: f64,
+    /// Of what its viscosity adds where it slides by 1, the cell along the blade being what shears.
+    pub viscous: f64,
+    /// The power n of the speed with which that goes.
+    pub flow_index: f64,
+}
+
+impl Adhesion {
+    /// That of fresh clay, where a traction of 1 Pa gives `velocity` and a slide of 1 is a shear `rate` [1/s]
+    /// in a cell.
+    pub fn new(material: &ClayMaterial, velocity: f64, rate: f64) -> Self {
+        let (strength, viscous) = (material.shear_strength_at_tool(), material.viscous_shear_stress(rate));
+        Self { strength: strength * velocity, viscous: viscous * velocity, flow_index: material.flow_index }
+    }
+
+    /// The same of clay that has lost this share of its strength.
+    #[must_use]
+    pub fn weakened(self, lost: f64) -> Self {
+        Self { strength: self.strength * (1.0 - lost).max(0.0), ..self }
+    }
+
+    /// The most at a slide of `speed`.
+    fn at(&self, speed: f64) -> f64 {
+        let viscous = if self.viscous > 0.0 { self.viscous * speed.powf(self.flow_index) } else { 0.0 };
+        // The strength of elastic clay is infinite.
+        self.strength.min(f64::MAX) + viscous
+    }
 }
 
 /// A blade without thickness, or the middle of a plate, in motion over one substep. Lengths in metres or
@@ -64,11 +98,13 @@ pub fn stick(velocity: DVec3, surface: DVec3, normal: DVec3, distance: f64, adhe
 #[derive(Clone, Copy, Debug)]
 pub struct Blade {
     /// Its shape; a wire's is the strip that it leaves behind.
-    outline: Outline,
+    pub(super) outline: Outline,
     /// The half width of the band about a blade along the grid.
-    reach: f64,
+    pub(super) reach: f64,
     /// The motion of the substep; a wire's is that of its strip.
-    motion: Motion,
+    pub(super) motion: Motion,
+    /// Where a wire that moves stands along Y in the frame of its strip.
+    pub(super) wire_at: Option<f64>,
     /// Whether it holds the clay on either side off it: a wire does not.
     pub holds: bool,
 }
@@ -115,7 +151,7 @@ impl Blade {
         match outline {
             Outline::Wire { half_length } => Self::wire(half_length, motion, cell),
             Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Strip { .. } | Outline::Plate { .. } => {
-                Self { outline, reach: BAND * cell, motion, holds: true }
+                Self { outline, reach: BAND * cell, motion, wire_at: None, holds: true }
             }
         }
     }
@@ -132,6 +168,7 @@ impl Blade {
             outline: Outline::Rectangle { half_width: half_length, half_height },
             reach: BAND * cell,
             motion,
+            wire_at: None,
             holds: false,
         };
         let Some(ahead) = way.try_normalize() else {
@@ -142,6 +179,7 @@ impl Blade {
         let sign = if front.dot(motion.end.rotation * DVec3::Z) < 0.0 { -1.0 } else { 1.0 };
         let rotation = DQuat::from_mat3(&DMat3::from_cols(axis, ahead * sign, front * sign));
         let behind = |pose: Pose| Pose { position: pose.position - ahead * half_height, rotation };
+        strip.wire_at = Some(half_height * sign);
         strip.motion = Motion { start: behind(motion.start), end: behind(motion.end), ..motion };
         strip
     }
@@ -294,12 +332,19 @@ mod tests {
     /// touches.
     #[test]
     fn sticking_clay_slides_beyond_its_strength() {
-        let after = |speed, distance| stick(DVec3::new(speed, 0.0, 2.0), DVec3::X, DVec3::Z, distance, 0.3);
+        let of = |strength| Adhesion { strength, viscous: 0.0, flow_index: 1.0 };
+        let after = |speed, distance| stick(DVec3::new(speed, 0.0, 2.0), DVec3::X, DVec3::Z, distance, of(0.3));
         assert!((after(5.0, 0.0) - DVec3::new(5.0 - 0.3 * 1.5, 0.0, 0.0)).length() < 1e-12);
         assert_eq!(after(1.1, 0.0), DVec3::X);
         assert_eq!(after(5.0, 1.5), DVec3::new(5.0, 0.0, 2.0));
-        let elastic = stick(DVec3::Y * 9.0, DVec3::X, DVec3::Z, 1.0, f64::INFINITY);
+        let elastic = stick(DVec3::Y * 9.0, DVec3::X, DVec3::Z, 1.0, of(f64::INFINITY));
         assert_eq!(elastic, DVec3::X);
+        // Half worked off, and a viscous tenth of the root of its speed.
+        let viscous = Adhesion { viscous: 0.1, flow_index: 0.5, ..of(0.3).weakened(0.5) };
+        let slow = stick(DVec3::new(5.0, 0.0, 0.0), DVec3::X, DVec3::Z, 0.0, viscous);
+        assert!((slow.x - (5.0 - (0.15 + 0.2) * 1.5)).abs() < 1e-12, "{slow}");
+        assert_eq!(of(f64::INFINITY).weakened(0.0).strength, f64::INFINITY);
+        assert_eq!(of(0.3).weakened(-1.0).strength, 0.6);
     }
 
     /// At every angle the band is as wide as the node furthest from the plane that a particle in it reaches.

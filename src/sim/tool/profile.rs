@@ -108,6 +108,14 @@ impl Profile {
         Nearest { distance: sign * away.length(), normal, is_beyond: other.is_none() }
     }
 
+    /// The end nearer to `q`, and the direction in which the profile ends there, of length 1.
+    pub(super) fn end_near(&self, q: DVec2) -> (DVec2, DVec2) {
+        let points = self.points();
+        let way = |from: DVec2, to: DVec2| (to, (to - from).normalize());
+        let ends = [way(points[1], points[0]), way(points[self.count - 2], points[self.count - 1])];
+        if q.distance_squared(ends[0].0) <= q.distance_squared(ends[1].0) { ends[0] } else { ends[1] }
+    }
+
     /// Where the straight way from `a` to `b` crosses the profile: parts of the way.
     pub fn crossings(&self, a: DVec2, b: DVec2) -> impl Iterator<Item = f64> {
         self.points().windows(2).filter_map(move |pair| {

@@ -1,9 +1,11 @@
 //! An engine against the f64 oracle: same snapshot, same plan, particle by particle. The cases that every
 //! engine has to pass.
 
+mod flank;
 mod implicit;
 mod press;
 
+pub use flank::{worked_flanks, worked_flanks_in_implicit_steps};
 pub use implicit::{implicit_blades, implicit_cuts, implicit_steps, lost};
 pub use press::{
     assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
@@ -178,7 +180,7 @@ pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     assert!(d.position <= position && d.strain <= strain && d.sides == 0, "{name}: {d:?}");
     assert!(d.velocity <= position && d.affine <= 3.0 * position && d.history <= 2.0 * strain, "{name}: {d:?}");
     assert!(d.clinging == 0 && d.anchor <= trail(&case.plan).max(1.0) * position, "{name}: {d:?}");
-    assert_eq!((ours.welded, ours.sheets), (theirs.welded, theirs.sheets), "{name}");
+    assert_eq!((ours.welded, ours.carried, ours.sheets), (theirs.welded, theirs.carried, theirs.sheets), "{name}");
     assert_eq!((ours.passes, ours.rejected), (theirs.passes, theirs.rejected), "{name}");
     // Of what is as good as found only rounding is left.
     let residual_off = (ours.residual - theirs.residual).abs();
@@ -340,18 +342,25 @@ pub fn all_blades() -> Vec<Agreement> {
     cases
 }
 
-/// The two halves of a kept cut run into each other, slide along each other and part.
+/// The two halves of a kept cut run into each other, from apart too, slide along each other and part.
 pub fn kept_cut() -> Vec<Agreement> {
     let mut cases = vec![];
-    for (name, v) in
-        [("close", DVec3::new(-0.03, 0.0, 0.02)), ("open", DVec3::new(0.03, 0.01, 0.0)), ("slide", DVec3::new(-0.002, 0.03, 0.0))]
-    {
+    let closing = DVec3::new(-0.03, 0.0, 0.02);
+    for (name, v, gap) in [
+        ("close", closing, 0.0),
+        ("open", DVec3::new(0.03, 0.01, 0.0), 0.0),
+        ("slide", DVec3::new(-0.002, 0.03, 0.0), 0.0),
+        // Less than they come together.
+        ("meet", closing, 0.4),
+    ] {
         let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), soft());
         let p = plan(&s, 0.25, 20, vec![]);
         let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.0, 6.0, 11.0);
         for q in &mut s.particles {
-            let side = (q.grid() - middle).dot(DVec3::new(1.0, 0.3, -0.2).normalize());
+            let normal = DVec3::new(1.0, 0.3, -0.2).normalize();
+            let side = (q.grid() - middle).dot(normal);
             q.velocity = (v * side.signum() * CELL / p.dt).as_vec3().to_array();
+            q.set_grid(q.grid() + 0.5 * gap * side.signum() * normal);
             // Tags reach 3 cells from the cut; it ends inside the block.
             if side.abs() < 3.0 && q.grid().y > middle.y - 2.0 {
                 q.tags[0] = Tag { sheet: 1, side: if side < 0.0 { -1 } else { 1 } };
@@ -415,6 +424,29 @@ pub fn welding() -> Vec<Agreement> {
         agreement_at_cut(format!("welding, {name}"), s, p, 0)
     };
     vec![case("pressed", 0.01, &[7]), case("hardly pressed", 1e-4, &[7]), case("one of two cuts", 0.01, &[7, 3])]
+}
+
+/// Two cuts that cross, tagged for less than splines reach: their sides are carried on, past what is in the
+/// way of both.
+pub fn carrying() -> Vec<Agreement> {
+    let case = |name: &str, sheets: &[u8]| {
+        let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), soft());
+        let p = plan(&s, 0.25, 20, vec![]);
+        let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.03, 6.0, 11.0);
+        for q in &mut s.particles {
+            q.elastic_strain[0] = 1e-3;
+            let at = q.grid() - middle;
+            let sides = [at.x + 0.2 * at.z, at.y + 0.3 * at.z - 1.3];
+            for (tag, (sheet, side)) in q.tags.iter_mut().zip(sheets.iter().zip(sides)).filter(|(_, (_, side))| side.abs() < 0.7)
+            {
+                *tag = Tag { sheet: *sheet, side: if side < 0.0 { -1 } else { 1 } };
+            }
+        }
+        // What has grown together stays so.
+        s.particles.iter_mut().step_by(5).filter(|q| q.tags[1].side == 0).for_each(|q| q.tags[1] = Tag { sheet: 7, side: 0 });
+        agreement_at_cut(format!("carrying, {name}"), s, p, 0)
+    };
+    vec![case("one", &[7]), case("two", &[7, 3])]
 }
 
 /// A blade slices through two kept cuts, which a particle has room for but not for all three.

@@ -19,6 +19,21 @@ pub unsafe extern "system" fn fakehd_reset(plan: *const c_char) -> c_uchar {
     u8::from(is_read)
 }
 
+/// Another plan from now on, all else as it is: a plug that is pulled by hand; whether it could be read.
+///
+/// # Safety
+/// A text.
+#[unsafe(no_mangle)]
+pub unsafe extern "system" fn fakehd_plan(plan: *const c_char) -> c_uchar {
+    // SAFETY: the caller's promise.
+    let plan = unsafe { CStr::from_ptr(plan) }.to_str().map_err(|error| error.to_string()).and_then(Plan::read);
+    let is_read = plan.is_ok();
+    if let Ok(plan) = plan {
+        lock(&WORLD).plan = plan;
+    }
+    u8::from(is_read)
+}
+
 /// Lets so many ticks go by; how many the scheduler ran.
 #[unsafe(no_mangle)]
 pub extern "system" fn fakehd_advance(ticks: u64) -> u64 {

@@ -1,12 +1,26 @@
 //! Where an operator means to go.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A way through points at times, straight from each to the next, at rest before the first and after the
-/// last.
-#[derive(Clone, Debug, PartialEq)]
+/// last. Written as its points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<(f64, DVec3)>", into = "Vec<(f64, DVec3)>")]
 pub struct HandPath {
     points: Vec<(f64, DVec3)>,
+}
+
+impl From<Vec<(f64, DVec3)>> for HandPath {
+    fn from(points: Vec<(f64, DVec3)>) -> Self {
+        Self::new(points)
+    }
+}
+
+impl From<HandPath> for Vec<(f64, DVec3)> {
+    fn from(path: HandPath) -> Self {
+        path.points
+    }
 }
 
 impl HandPath {

@@ -12,6 +12,7 @@ fn begin() {
     atomicStore(&status.reach_met, 0u);
     atomicStore(&status.crowded, 0u);
     atomicStore(&status.welded, 0u);
+    atomicStore(&status.carried, 0u);
     for (var i = 0u; i < 8u; i++) {
         atomicStore(&status.sheets[i], 0u);
     }

@@ -70,7 +70,7 @@ fn grid(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         for (var t = 0u; t < params.tool_count; t++) {
             if (near & (1u << t)) == 0u { continue; }
             var taken: Taken;
-            if !is_outer { taken = against_blade(&node, t, n); }
+            if !is_outer { taken = against_blade(&node, t, n, slot, k); }
             book(row, t, k, taken);
         }
         if !is_outer { exchange_all(&node, n); }

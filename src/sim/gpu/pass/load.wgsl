@@ -43,7 +43,7 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     state[at(STRESS, i)] = vec4f(tau.d, tau.o.x);
     state[at(STRESS + 1u, i)] = vec4f(tau.o.yz, number(r + RECORD_WALLS), 0.0);
     state[at(WAY, i)] = vec4f(v * min(1.0, params.travel_limit / max(length(v), 1e-30)), 0.0);
-    if params.solids == 0u { return; }
+    if params.pressing == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         let from_ = r + RECORD_ANCHORS + 4u * a;
         state[at(ANCHORS + a, i)] = vec4f(numbers(from_), number(from_ + 3u));

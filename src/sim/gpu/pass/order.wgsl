@@ -21,7 +21,7 @@ fn order(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     for (var j = first; j < first + counts[cell]; j++) {
         to += u32(record_of(list[j]) < here);
     }
-    let fields = select(ANCHORS, FIELDS, params.solids != 0u);
+    let fields = select(ANCHORS, FIELDS, params.pressing != 0u);
     for (var f = 0u; f < fields; f++) {
         sorted[at(f, to)] = state[at(f, i)];
     }

@@ -2,7 +2,7 @@
 // separating walls, in fixed point: sums do not depend on their order, and what nodes gain is not the
 // difference of two that were rounded by themselves.
 
-@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>; // of a node and class: impulse, mass, momentum, unused
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<i32>>; // of a node and class: impulse, mass, momentum, what is lost of the strength
 
 struct Motion { velocity: vec3f, affine: mat3x3f }
 
@@ -29,6 +29,8 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     var given = Motion(vec3f(0.0), -1.0 * mat3x3f(vec3f(d.x, o.xy), vec3f(o.x, d.y, o.z), vec3f(o.yz, d.z)));
     let push = state[at(WAY, i)];
     if push.w != 0.0 { given.velocity = push.xyz; }
+    var lost = 0.0;
+    if params.remembers != 0u && push.w != 0.0 { lost = (push.w - FRESH) / LOST_MAX; }
     let s = stencil(state[at(POSITION, i)]);
     // The stencil reaches 1.5 cells: no node gets more momentum than mass * reach.
     let reach = max(reach_of(own), reach_of(given));
@@ -53,6 +55,7 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
             let arm = vec3f(vec3i(o, z)) - s.f;
             add(place, (m * params.momentum_scale) * (given.velocity + given.affine * arm));
             atomicAdd(&sums[place + 3u], i32(round(m * params.mass_scale)));
+            if lost != 0.0 { atomicAdd(&sums[place + 7u], i32(round(m * params.mass_scale * lost))); }
             add(place + 4u, (m * params.momentum_scale) * (own.velocity + own.affine * arm));
         }
     }

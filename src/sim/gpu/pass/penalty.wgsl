@@ -1,6 +1,6 @@
-// Solid tools and separating walls press on particles: what they give them goes to the nodes beside their own
-// momentum. Walls that hold clay learn where it has arrived. One workgroup a block, as the particles were
-// sorted last.
+// Solid tools, edges of blades and separating walls press on particles: what they give them goes to the nodes
+// beside their own momentum. Walls that hold clay learn where it has arrived. One workgroup a block, as the
+// particles were sorted last.
 
 @group(0) @binding(7) var<storage, read_write> blocks: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read> firsts: array<u32>; // the first particle of each cell
@@ -15,6 +15,7 @@ struct Pressed {
     cell: vec3i,
     offset: vec3f,
     velocity: vec3f,
+    tags: u32,
     mass: f32,
     given: vec3f, // velocity that the tools give it
     before: array<vec4f, ANCHORS_MAX>,
@@ -28,10 +29,12 @@ fn pressed_at(i: u32) -> Pressed {
     let position = state[at(POSITION, i)];
     p.cell = unpack_cell(bitcast<u32>(position.w));
     p.offset = position.xyz;
-    p.velocity = state[at(VELOCITY, i)].xyz;
+    let velocity = state[at(VELOCITY, i)];
+    p.velocity = velocity.xyz;
+    p.tags = bitcast<u32>(velocity.w);
     p.mass = state[at(AFFINE, i)].w;
     p.walls = bitcast<u32>(state[at(STRESS + 1u, i)].z);
-    if params.solids == 0u { return p; }
+    if params.pressing == 0u { return p; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         p.before[a] = state[at(ANCHORS + a, i)];
     }
@@ -56,15 +59,44 @@ fn press(p: ptr<function, Pressed>, t: Tool) -> Taken {
     let springs = springs_of(volume);
     let found = touch(t, springs, Surface(gap, normal, leaving), q, anchor_on(p, t.anchor));
     if !found.is_there { return taken; }
-    if found.anchor.is_there && (*p).count < ANCHORS_MAX {
-        (*p).after[(*p).count] = vec4f(found.anchor.place, bitcast<f32>(t.anchor));
-        (*p).count += 1u;
-    }
-    let given = t.end_rotation * found.force / springs.inertia;
+    if found.anchor.is_there { cling(p, t, found.anchor.place); }
+    return give(p, t, t.end_rotation * found.force / springs.inertia);
+}
+
+// Keeps an anchor, if there is a seat for it.
+fn cling(p: ptr<function, Pressed>, t: Tool, place: vec3f) {
+    if (*p).count == ANCHORS_MAX { return; }
+    (*p).after[(*p).count] = vec4f(place, bitcast<f32>(t.anchor));
+    (*p).count += 1u;
+}
+
+// A tool gives the particle this velocity, and takes the opposite impulse.
+fn give(p: ptr<function, Pressed>, t: Tool, given: vec3f) -> Taken {
     (*p).given += given;
-    let arm = vec3f((*p).cell - t.end_cell) + ((*p).offset - t.end_offset);
+    var arm = vec3f((*p).cell - t.end_cell) + ((*p).offset - t.end_offset);
+    // A wire's origin is on the wire, its strip's is not.
+    if is_wire(t) { arm -= t.end_rotation * vec3f(0.0, t.radius, 0.0); }
     let impulse = (*p).mass * given;
     return Taken(vec4f(-impulse, 1.0), vec4f(-cross(arm, impulse), length(impulse)));
+}
+
+// The edge of a blade holds off clay that has no side of it.
+fn hold_off(p: ptr<function, Pressed>, t: Tool) -> Taken {
+    var taken: Taken;
+    if params.toughness == 0.0 || place_of((*p).tags, t.sheet) != NONE { return taken; }
+    let q = local_end(t, (*p).cell, (*p).offset);
+    let edge = edge_before(t, q);
+    let share = edge_share(edge);
+    if !edge.is_there || share <= 0.0 { return taken; }
+    var anchor = local_start(t, (*p).cell, (*p).offset);
+    let kept = anchor_on(p, t.anchor);
+    if kept.is_there { anchor = kept.place; }
+    let volume = (*p).mass * params.density_unit;
+    let springs = springs_of(volume);
+    let found = cut(springs, volume, share, dot(edge.outward, anchor - q));
+    cling(p, t, q + found.y * edge.outward);
+    if found.x == 0.0 { return taken; }
+    return give(p, t, t.end_rotation * edge.outward * (found.x / springs.inertia));
 }
 
 // What walls near the block give to a particle, and its length; notes those it touches or has arrived at.
@@ -132,8 +164,8 @@ fn any_touches(k: u32, touches: bool) -> bool {
 fn penalty(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let slot = group.y * groups.x + group.x;
     let is_over = is_halted() || slot >= min(atomicLoad(&status.slot_count), params.slot_capacity);
-    let is_solid = k < params.tool_count && ((params.solids >> k) & 1u) == 1u;
-    if !is_over && is_solid && is_near_block(tool_now(k), unpack_cell(atomicLoad(&blocks[slot]))) {
+    let presses = k < params.tool_count && ((params.pressing >> k) & 1u) == 1u;
+    if !is_over && presses && is_near_block(tool_now(k), unpack_cell(atomicLoad(&blocks[slot]))) {
         atomicOr(&near_tools, 1u << k);
     }
     workgroupBarrier();
@@ -158,11 +190,18 @@ fn penalty(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
 fn let_go(h: vec4u, k: u32) {
     for (var i = h.y + k; i < h.z; i += WORKGROUP) {
         state[at(STRESS + 1u, i)].z = 0.0;
-        if params.solids == 0u { continue; }
+        if params.pressing == 0u { continue; }
         for (var a = 0u; a < ANCHORS_MAX; a++) {
             state[at(ANCHORS + a, i)] = vec4f(0.0);
         }
     }
+}
+
+// What nodes have to know of a particle that tools may press on.
+fn noted(i: u32) -> f32 {
+    if params.remembers == 0u { return 1.0; }
+    let lost = params.work_loss * state[at(AFFINE + 1u, i)].w - params.strength_gain * state[at(STRAIN + 1u, i)].z;
+    return FRESH + max(lost, -LOST_MAX);
 }
 
 // All invocations of the workgroup call it together: the tools near the block, in order, then its walls, on a
@@ -174,7 +213,10 @@ fn press_on(slot: u32, h: vec4u, i: u32, k: u32) {
     for (var t = 0u; t < params.tool_count; t++) {
         if (h.x & (1u << t)) == 0u { continue; }
         var taken: Taken;
-        if is_there { taken = press(&p, tool_now(t)); }
+        if is_there {
+            let tool = tool_now(t);
+            if is_solid(tool) { taken = press(&p, tool); } else { taken = hold_off(&p, tool); }
+        }
         if any_touches(k, taken.impulse.w != 0.0) { book(books_of(slot), t, k, taken); }
     }
     var pushed = vec4f(0.0);
@@ -184,9 +226,9 @@ fn press_on(slot: u32, h: vec4u, i: u32, k: u32) {
         if k == 0u { impulses[books_of(slot)] += sum; }
     }
     if !is_there { return; }
-    state[at(WAY, i)] = vec4f(p.given, 1.0);
+    state[at(WAY, i)] = vec4f(p.given, noted(i));
     state[at(STRESS + 1u, i)].z = bitcast<f32>(p.walls);
-    if params.solids == 0u { return; }
+    if params.pressing == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {
         state[at(ANCHORS + a, i)] = p.after[a];
     }

@@ -44,7 +44,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     for (var anchor = 0u; anchor < ANCHORS_MAX; anchor++) {
         var words = vec4u(0u);
         // Without solid tools there is nothing to cling to.
-        if params.solids != 0u { words = bitcast<vec4u>(state[at(ANCHORS + anchor, i)]); }
+        if params.pressing != 0u { words = bitcast<vec4u>(state[at(ANCHORS + anchor, i)]); }
         for (var word = 0u; word < 4u; word++) { stored[r + RECORD_ANCHORS + 4u * anchor + word] = words[word]; }
     }
 

@@ -1,18 +1,6 @@
 // Particles that a blade came near, or swept over, take their side of it (`tool::Blade::near`); those behind
 // it are put back.
 
-// Where the packed tags (sheet, side, sheet, side) hold a side of this sheet: 0 or 16, the shift of the tag;
-// NONE if they do not.
-const NONE: u32 = 32u;
-
-fn place_of(tags: u32, sheet: u32) -> u32 {
-    for (var shift = 0u; shift < NONE; shift += 16u) {
-        let tag = tags >> shift;
-        if (tag & 255u) == sheet && ((tag >> 8u) & 255u) != 0u { return shift; }
-    }
-    return NONE;
-}
-
 // The tags without the one at that place.
 fn without(tags: u32, place: u32) -> u32 {
     if place == NONE { return tags; }

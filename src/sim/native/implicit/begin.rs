@@ -118,9 +118,9 @@ fn ties(
             }
             let slot_of = |class: usize| slot_of(i, class);
             let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &masses_of);
-            let divided = divided.into_iter().map(|(node, fields, normal)| {
+            let divided = divided.into_iter().map(|(node, fields, facing)| {
                 let slots = fields.map(|class| slot_of(class.into()) as u32);
-                Divided { slots, node: node as u8, normal }
+                Divided { slots, node: node as u8, normal: facing.normal, room: facing.room() }
             });
             for (class, leader) in leaders.iter().enumerate() {
                 for (k, leader) in leader.iter().enumerate().filter(|(_, leader)| usize::from(**leader) != class) {

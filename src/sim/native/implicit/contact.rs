@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-3;
 pub(super) struct Near<'a> {
     /// The solid ones.
     tools: Vec<(usize, &'a ToolNow)>,
-    /// Those that hold clay off on either side.
+    /// Those that hold clay off on either side, or by their edge.
     blades: Vec<(usize, &'a ToolNow, Blade)>,
     walls: Vec<NearWall>,
     springs: ContactCoefficients,
@@ -41,7 +41,8 @@ impl<'a> Near<'a> {
         let is_near = |t: &(usize, &ToolNow)| t.1.is_solid() && t.1.is_near_block(block);
         let tools: Vec<_> = all.iter().enumerate().filter(is_near).collect();
         let blade = |(index, tool): (usize, &'a ToolNow)| {
-            let blade = tool.blade.filter(|blade| blade.holds && !tool.is_solid() && tool.is_near_block(block))?;
+            let acts = |blade: &Blade| blade.holds || springs.toughness > 0.0;
+            let blade = tool.blade.filter(|blade| acts(blade) && !tool.is_solid() && tool.is_near_block(block))?;
             Some((index, tool, blade))
         };
         let blades: Vec<_> = all.iter().enumerate().filter_map(blade).collect();
@@ -83,7 +84,7 @@ impl<'a> Near<'a> {
             (false, Some(_)) => Asked::Tools,
             (false, None) => Asked::Force,
         };
-        let sum = self.at(mass / 8.0, cold, [start, start + moved], asked);
+        let sum = self.at(mass / 8.0, (cold, hot.hardening), [start, start + moved], asked);
         if let Some((kept, report)) = end {
             kept.anchors = sum.anchors;
             kept.walls = kept.walls & !separating(&self.walls) | sum.walls;
@@ -111,11 +112,11 @@ impl<'a> Near<'a> {
 
     /// What acts on a particle of this rest volume [cells^3] that has come from the first place to the
     /// second.
-    fn at(&self, volume: f64, cold: &Cold, way: [DVec3; 2], asked: Asked) -> Sum<'a> {
+    fn at(&self, volume: f64, (cold, hardening): (&Cold, f32), way: [DVec3; 2], asked: Asked) -> Sum<'a> {
         // A matrix is the identity by default.
         let mut sum = Sum { volume, asked, stiffness: DMat3::ZERO, ..Sum::default() };
         self.by_tools(cold, way, &mut sum);
-        self.by_blades(cold, way, &mut sum);
+        self.by_blades(cold, hardening, way, &mut sum);
         self.by_walls(cold, way, &mut sum);
         sum
     }
@@ -142,12 +143,16 @@ impl<'a> Near<'a> {
         }
     }
 
-    fn by_blades(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
+    fn by_blades(&self, cold: &Cold, hardening: f32, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
         for (index, tool, blade) in &self.blades {
             let side = cold.key().side(tool.sheet);
-            let Some((distance, normal)) = (if side == 0 { None } else { blade.flank(side, start, at) }) else { continue };
-            let (from, to) = (tool.motion.start, tool.motion.end);
             let kept = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
+            if side == 0 {
+                self.by_edge((*index, *tool), blade, [start, at], kept.map(|anchor| anchor.1), sum);
+                continue;
+            }
+            let Some((distance, normal)) = blade.flank(side, start, at) else { continue };
+            let (from, to) = (tool.motion.start, tool.motion.end);
             let reach = match kept {
                 Some((_, anchor)) => blade.distance_of(side, anchor).max(0.0),
                 None => blade.distance_before(side, start).clamp(0.0, reach(sum.volume)),
@@ -160,8 +165,31 @@ impl<'a> Near<'a> {
                 None => (gap < 0.0 && tool.contact.can_part()).then(|| to.to_world(from.to_local(start))),
             };
             let place = |anchor| blade.at_distance(side, anchor, reach);
-            sum.by_tool((*index, *tool), &self.springs.of(sum.volume).of_blade(), &surface, at, anchor, place);
+            let springs = self.springs.on_flank(sum.volume, cold.structure.into(), hardening.into());
+            sum.by_tool((*index, *tool), &springs, &surface, at, anchor, place);
         }
+    }
+
+    /// What the edge of a blade does to clay that has no side of it, by the anchor in the blade's frame.
+    fn by_edge(
+        &self,
+        (index, tool): (usize, &'a ToolNow),
+        blade: &Blade,
+        [start, at]: [DVec3; 2],
+        kept: Option<DVec3>,
+        sum: &mut Sum<'a>,
+    ) {
+        let Some(edge) = (if self.springs.toughness > 0.0 { blade.edge(start) } else { None }) else { return };
+        let advance = blade.advance(&edge, at, kept);
+        let (force, left) = self.springs.of(sum.volume).cut(edge.share, advance);
+        sum.force += edge.direction * force;
+        match sum.asked {
+            Asked::Force => {}
+            Asked::Stiffness => sum.stiffness += Springs::cut_stiffness(edge.direction, force, advance),
+            Asked::Tools if force > 0.0 => sum.tools.push((index, tool, edge.direction * force)),
+            Asked::Tools => {}
+        }
+        sum.keep(Anchor::on(tool.id, blade.edge_anchor(&edge, at, left)));
     }
 
     fn by_walls(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
@@ -236,8 +264,15 @@ impl<'a> Sum<'a> {
         if self.asked == Asked::Tools {
             self.tools.push((index, tool, touch.force));
         }
-        if let (Some(seat), Some(anchor)) = (self.anchors.get_mut(self.count), touch.anchor) {
-            *seat = Anchor::on(tool.id, place(tool.motion.end.to_local(anchor)));
+        if let Some(anchor) = touch.anchor {
+            self.keep(Anchor::on(tool.id, place(tool.motion.end.to_local(anchor))));
+        }
+    }
+
+    /// Keeps an anchor, if there is a seat for it.
+    fn keep(&mut self, anchor: Anchor) {
+        if let Some(seat) = self.anchors.get_mut(self.count) {
+            *seat = anchor;
             self.count += 1;
         }
     }

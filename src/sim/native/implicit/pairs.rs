@@ -6,7 +6,8 @@ use super::super::super::tool::CUT_FRICTION;
 use super::vectors::{Block3, Vector};
 use glam::DVec3;
 
-/// Two fields of a node and the unit normal from the first to the second.
+/// Two fields of a node, the unit normal from the first to the second, and how far they may come together
+/// before they bear \[cells\].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Divided {
     /// The slots in which they are unknowns.
@@ -14,6 +15,7 @@ pub(super) struct Divided {
     /// The node in its block.
     pub(super) node: u8,
     pub(super) normal: DVec3,
+    pub(super) room: f64,
 }
 
 /// Whether, and how, a pair bears.
@@ -30,6 +32,8 @@ enum Hold {
 struct Pair {
     fields: [Field; 2],
     normal: DVec3,
+    /// How far they may come together before they bear \[cells\].
+    room: f64,
     /// How much of a way between them each of them gives.
     shares: [f64; 2],
     hold: Hold,
@@ -65,11 +69,16 @@ impl Pair {
             [false, false] => return None,
         };
         let normal = (divided.normal * free[0].max(free[1])).try_normalize()?;
-        Some(Self { fields, normal, shares, hold: Hold::Open })
+        Some(Self { fields, normal, room: divided.room, shares, hold: Hold::Open })
     }
 
     fn apart(&self, vector: &[Block3]) -> DVec3 {
         self.fields[1].of(vector) - self.fields[0].of(vector)
+    }
+
+    /// The way of the second against the first from where they would touch.
+    fn beyond_touch(&self, u: &[Block3]) -> DVec3 {
+        self.apart(u) + self.room * self.normal
     }
 
     /// What is out of balance between the two, as a force on the second.
@@ -123,7 +132,7 @@ impl Pairs {
     /// Makes the first guess one that is possible: what does not part sticks.
     pub(super) fn begin(&mut self, u: &mut Vector) {
         for pair in &mut self.all {
-            let way = pair.apart(u);
+            let way = pair.beyond_touch(u);
             pair.hold = if way.dot(pair.normal) <= CLOSED_GAP { Hold::Sticks } else { Hold::Open };
             if pair.hold == Hold::Sticks {
                 pair.bring_together(u, way);
@@ -136,7 +145,7 @@ impl Pairs {
     pub(super) fn close(&self, u: &mut Vector) -> bool {
         let mut is_any = false;
         for pair in &self.all {
-            let across = pair.apart(u).dot(pair.normal);
+            let across = pair.beyond_touch(u).dot(pair.normal);
             if across < 0.0 {
                 is_any = true;
                 pair.bring_together(u, across * pair.normal);
@@ -153,7 +162,7 @@ impl Pairs {
             let along = reaction - push * pair.normal;
             let most = CUT_FRICTION * push.max(0.0);
             pair.hold = match () {
-                () if pair.apart(u).dot(pair.normal) > CLOSED_GAP || push < -self.nothing => Hold::Open,
+                () if pair.beyond_touch(u).dot(pair.normal) > CLOSED_GAP || push < -self.nothing => Hold::Open,
                 () if along.length() <= most.max(self.nothing) => Hold::Sticks,
                 () => Hold::Slides(along * (most / along.length())),
             };

@@ -82,10 +82,10 @@ impl SheetMasses {
         (n.x * ABOUT + n.y) * ABOUT + n.z
     }
 
-    /// Unit normal of the cut at a node of the block, from back to front.
-    pub(super) fn normal(&self, node: IVec3) -> Option<DVec3> {
+    /// How the sides of the cut face each other at a node of the block.
+    pub(super) fn facing(&self, node: IVec3) -> Option<cut::Facing> {
         let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        cut::fitted_normal(about.map(|o| {
+        cut::facing(about.map(|o| {
             let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
             (o, front, back)
         }))

@@ -10,16 +10,17 @@ use super::bounds::Meeting;
 use super::walls::{Column, columns};
 use glam::{DVec3, IVec3};
 
-/// Mass and momentum.
+/// Mass and momentum, and mass times what the clay has lost of its strength at tools.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sum {
     pub(super) mass: f64,
     pub(super) momentum: DVec3,
+    pub(super) lost: f64,
 }
 
 impl Sum {
     pub(super) fn plus(self, other: Self) -> Self {
-        Self { mass: self.mass + other.mass, momentum: self.momentum + other.momentum }
+        Self { mass: self.mass + other.mass, momentum: self.momentum + other.momentum, lost: self.lost + other.lost }
     }
 }
 
@@ -39,8 +40,8 @@ pub(super) struct Classes {
 impl Classes {
     pub(super) fn new(nodes: &Nodes, cut: Option<&CutBlock>, block: IVec3, step: &GridStep, meeting: &Meeting<'_>) -> Self {
         let sum = |node: &Node| {
-            let q = [0, 1, 2, 3].map(|i| f64::from(node.0[i]));
-            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]) }
+            let q = [0, 1, 2, 3, 7].map(|i| f64::from(node.0[i]));
+            Sum { mass: q[3], momentum: DVec3::new(q[0], q[1], q[2]), lost: q[4] }
         };
         let sums = |nodes: &Nodes| std::array::from_fn(|k| sum(&nodes[k]));
         let tagged = || cut.iter().flat_map(|cut| cut.keys.iter().zip(&cut.nodes));

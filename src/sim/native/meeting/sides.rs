@@ -4,13 +4,13 @@
 //! distance, elsewhere where most of the node's mass is tagged by it. Clay that it has not tagged moves with
 //! the owner's side. A field is the clay that is beyond the same divisions.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::{CutKey, Facing};
 use super::super::super::limits;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
 use super::super::nodes::{Ghosts, Incompatible, offset};
 use super::bounds::Meeting;
-use glam::{DVec3, IVec3};
+use glam::IVec3;
 
 const DIVISIONS_MAX: usize = limits::DIVISIONS_MAX as usize;
 /// Most fields of a node.
@@ -85,17 +85,17 @@ impl Divisions {
         if beyond >> i & 1 == 1 { -self.items[i].owner } else { self.items[i].owner }
     }
 
-    /// Unit normal from field `a` to field `b`: across the one cut between them, or the mean of two. None
-    /// where a blade stands between them, which acts on both, or where a cut has no normal.
-    pub(super) fn pair_normal(&self, a: u8, b: u8, mut normal: impl FnMut(u8) -> Option<DVec3>) -> Option<DVec3> {
-        let mut sum = DVec3::ZERO;
+    /// How field `b` faces field `a`, the normal from a to b: across the one cut between them, or both of
+    /// two. None where a blade stands between them, which acts on both, or where a cut has no normal.
+    pub(super) fn pair_facing(&self, a: u8, b: u8, mut facing: impl FnMut(u8) -> Option<Facing>) -> Option<Facing> {
+        let mut between = [None; DIVISIONS_MAX];
         for (i, division) in self.iter().enumerate().filter(|(i, _)| (a ^ b) >> i & 1 == 1) {
             if division.blade.is_some() {
                 return None;
             }
-            sum += f64::from(self.side(b, i)) * normal(division.sheet)?;
+            between[i] = Some(facing(division.sheet)?.turned(self.side(b, i)));
         }
-        sum.try_normalize()
+        Facing::across(between.into_iter().flatten())
     }
 }
 

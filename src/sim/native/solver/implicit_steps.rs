@@ -61,9 +61,9 @@ impl Solver {
             tally.unbalanced += report.unbalanced;
             tally.node_mass = report.mass;
         }
-        self.is_sorted = false;
+        // By the nodes of the last step, whose blocks the next sort lists anew.
+        self.settle_sides(&step, plan, &mut tally);
         self.sort(&mut tally);
-        self.grow_together(&step, plan, &mut tally);
         if plan.averages() {
             averaging::average_volumes(&mut self.state, plan.volume_averaging);
         }

@@ -10,7 +10,11 @@
 //! the rim ([`Blade::flank`](super::super::super::tool::Blade::flank)). Clay that it cuts is continuous up
 //! to it: what takes a side with `0 <= s d < 2 r` at `t` is anchored where it stands, and its distance then
 //! is its r, kept as its anchor's own distance from the blade. Of a particle without an anchor r is
-//! [`reach`], or `s d` at `t` where that is less. So a blade opens no gap where it cuts.
+//! [`reach`], or `s d` at `t` where that is less. So a blade opens no gap where it cuts. Its edge holds off
+//! what has no side as in the explicit step, by the advance to `x + u`.
+//!
+//! What sticks to a flank it bears along by the particle's own present strength, `k (1 - l) A`, and where
+//! that slides by what viscosity adds at the shear rate of the slide over h and dx.
 
 use super::super::super::cut::CutKey;
 use super::super::super::frame::FrameReport;
@@ -19,8 +23,8 @@ use super::super::super::penalty::{FOUND_DEPTH, Springs, Surface, reach};
 use super::super::super::snapshot::ANCHORS_MAX;
 use super::super::super::tool::Contact;
 use super::super::particle::Particle;
-use super::super::penalty::springs;
-use super::super::tools::{Moment, Surroundings};
+use super::super::penalty::{hold_off, on_flank, springs};
+use super::super::tools::{Moment, MovingTool, Surroundings};
 use super::super::walls::is_arrived;
 use glam::{DMat3, DVec3};
 
@@ -96,11 +100,15 @@ impl Press {
     }
 
     fn by_blades(&mut self, particle: &Particle, [start, at]: [DVec3; 2], springs: &Springs, around: &Surroundings) {
-        let (cell_width, springs) = (around.domain.cell_width, springs.of_blade());
+        let (cell_width, of_flank) = (around.domain.cell_width, on_flank(particle, springs, around));
         let reach = reach(particle.rest_volume / cell_width.powi(3)) * cell_width;
         for (index, tool) in around.tools.iter().enumerate().filter(|(_, tool)| !tool.is_solid()) {
             let side = particle.key().side(tool.path.sheet_id());
-            let Some(blade) = tool.blade.filter(|_| side != 0) else { continue };
+            if side == 0 {
+                self.by_edge(particle, (index, tool), [start, at], springs, around);
+                continue;
+            }
+            let Some(blade) = tool.blade else { continue };
             let Some((distance, normal)) = blade.flank(side, start, at) else { continue };
             let (from, to, id, contact) = (tool.motion.start, tool.motion.end, tool.path.id, tool.path.tool.contact);
             let kept = particle.anchors.iter().flatten().find(|anchor| anchor.0 == id).map(|anchor| anchor.1 * cell_width);
@@ -115,12 +123,29 @@ impl Press {
                 Some(anchor) => Some(to.to_world(anchor)),
                 None => (gap < 0.0 && contact.can_part()).then(|| to.to_world(from.to_local(start))),
             };
-            let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
+            let Some(touch) = of_flank.touch(&surface, at, anchor) else { continue };
             self.force += touch.force;
-            self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
+            self.stiffness += of_flank.stiffness(&surface, at, anchor, touch.force);
             self.tools.push((index, touch.force));
             let place = |anchor| blade.at_distance(side, to.to_local(anchor), reach);
             self.anchors.extend(touch.anchor.map(|anchor| (id, place(anchor) / cell_width)));
+        }
+    }
+
+    fn by_edge(
+        &mut self,
+        particle: &Particle,
+        (index, tool): (usize, &MovingTool),
+        way: [DVec3; 2],
+        springs: &Springs,
+        around: &Surroundings,
+    ) {
+        let Some(held) = hold_off(particle, tool, way, springs, around) else { return };
+        self.force += held.force;
+        self.stiffness += held.stiffness;
+        self.anchors.push((tool.path.id, held.anchor));
+        if held.force != DVec3::ZERO {
+            self.tools.push((index, held.force));
         }
     }
 

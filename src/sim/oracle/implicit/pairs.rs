@@ -1,9 +1,10 @@
 //! The two sides of a kept cut press on each other: fields a, b of a node that a cut divides may part, and
 //! not approach, by the explicit step's [law](super::super::contact).
 //!
-//! With n from a to b and the way `w = u_b - u_a` of b against a, `w . n >= 0` holds at every place that is
-//! looked at: whatever falls short is taken from both, by the other's share of their mass, so that momentum
-//! stays. A field that is too light to be an unknown gives way alone.
+//! With n from a to b, the room r that the gap between their faces leaves, and the way of b against a from
+//! where they touch, `w = u_b - u_a + r n`, `w . n >= 0` holds at every place that is looked at: whatever
+//! falls short is taken from both, by the other's share of their mass, so that momentum stays. A field that
+//! is too light to be an unknown gives way alone.
 //!
 //! The reaction on b, `(m_a R_b - m_b R_a) / (m_a + m_b)`, is what is out of balance between the two. A
 //! pair is *closed* where w . n is 0 ([`CLOSED_GAP`]) and the reaction does not pull. Of a closed pair the
@@ -17,7 +18,7 @@
 
 use super::super::super::implicit::CLOSED_GAP;
 use super::super::super::tool::CUT_FRICTION;
-use super::super::contact::{cut_normals, pair_normal};
+use super::super::contact::{cut_facings, pair_facing};
 use super::super::grid::Grid;
 use super::super::tools::Surroundings;
 use super::unknowns::Unknowns;
@@ -39,6 +40,8 @@ struct Pair {
     fields: [usize; 2],
     /// Unit normal from the first to the second.
     normal: DVec3,
+    /// How far they may come together before they bear \[m\].
+    room: f64,
     /// How much of a way between them each of them gives.
     shares: [f64; 2],
     hold: Hold,
@@ -57,6 +60,11 @@ pub(super) struct Pairs {
 impl Pair {
     fn apart(&self, of_unknowns: &[DVec3]) -> DVec3 {
         of_unknowns[self.fields[1]] - of_unknowns[self.fields[0]]
+    }
+
+    /// The way of the second against the first from where they would touch.
+    fn beyond_touch(&self, u: &[DVec3]) -> DVec3 {
+        self.apart(u) + self.room * self.normal
     }
 
     /// What is out of balance between the two, as a force on the second.
@@ -95,11 +103,12 @@ impl Pairs {
             if node.is_outer || node.fields.len() < 2 {
                 continue;
             }
-            let normals = cut_normals(grid, coordinate, index);
+            let facings = cut_facings(grid, coordinate, index);
             for b in 1..node.fields.len() {
                 for a in 0..b {
-                    let Some(normal) = pair_normal(node, a, b, &normals) else { continue };
-                    all.extend(Pair::new(unknowns, [a, b].map(|f| unknowns.first_of(index) + f), normal));
+                    let Some(facing) = pair_facing(node, a, b, &facings) else { continue };
+                    let fields = [a, b].map(|f| unknowns.first_of(index) + f);
+                    all.extend(Pair::new(unknowns, fields, facing.normal, facing.room() * around.domain.cell_width));
                 }
             }
         }
@@ -111,7 +120,7 @@ impl Pairs {
     /// Makes the first guess one that is possible: what does not part sticks.
     pub(super) fn begin(&mut self, u: &mut [DVec3]) {
         for pair in &mut self.all {
-            let way = pair.apart(u);
+            let way = pair.beyond_touch(u);
             pair.hold = if way.dot(pair.normal) <= self.touching { Hold::Sticks } else { Hold::Open };
             if pair.hold == Hold::Sticks {
                 pair.bring_together(u, way);
@@ -123,7 +132,7 @@ impl Pairs {
     /// Takes from the displacements what approaches.
     pub(super) fn close(&self, u: &mut [DVec3]) {
         for pair in &self.all {
-            let across = pair.apart(u).dot(pair.normal);
+            let across = pair.beyond_touch(u).dot(pair.normal);
             if across < 0.0 {
                 pair.bring_together(u, across * pair.normal);
             }
@@ -138,7 +147,7 @@ impl Pairs {
             let along = reaction - push * pair.normal;
             let most = CUT_FRICTION * push.max(0.0);
             pair.hold = match () {
-                () if pair.apart(u).dot(pair.normal) > self.touching || push < -self.nothing => Hold::Open,
+                () if pair.beyond_touch(u).dot(pair.normal) > self.touching || push < -self.nothing => Hold::Open,
                 () if along.length() <= most.max(self.nothing) => Hold::Sticks,
                 () => Hold::Slides(along * (most / along.length())),
             };
@@ -175,7 +184,7 @@ impl Pairs {
 
 impl Pair {
     /// None of what is held by walls across the cut, or too light on both sides.
-    fn new(unknowns: &Unknowns, fields: [usize; 2], normal: DVec3) -> Option<Self> {
+    fn new(unknowns: &Unknowns, fields: [usize; 2], normal: DVec3, room: f64) -> Option<Self> {
         let [a, b] = fields.map(|field| &unknowns.all[field]);
         let is_found = |free: DVec3| free.cmpne(DVec3::ZERO) != BVec3::FALSE;
         let total = a.mass + b.mass;
@@ -186,6 +195,6 @@ impl Pair {
             (false, false) => return None,
         };
         let normal = (normal * a.free.max(b.free)).try_normalize()?;
-        Some(Self { fields, normal, shares, hold: Hold::Open })
+        Some(Self { fields, normal, room, shares, hold: Hold::Open })
     }
 }

@@ -5,7 +5,7 @@ use super::super::super::frame::{FramePlan, FrameReport, ToolReport};
 use super::super::super::integrator::Integrator;
 use super::super::super::material::ClayMaterial;
 use super::super::super::params::{Domain, Wall, Walls};
-use super::super::super::penalty::{NORMAL_STIFFNESS, area, reach};
+use super::super::super::penalty::{NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS, area, reach};
 use super::super::super::snapshot::{self, Snapshot, Tag};
 use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
 use super::super::particle::Particle;
@@ -45,6 +45,7 @@ fn clay() -> ClayMaterial {
         hardening_modulus: 2e4,
         viscosity: 300.0,
         flow_index: 0.4,
+        toughness: 10.0,
         ..ClayMaterial::default()
     }
 }
@@ -94,6 +95,37 @@ fn blade(dt: f64) -> ToolPath {
     ToolPath { id: 1, tool, sheet: 0, samples: vec![sample(0.0, 3.9), sample(dt, 4.2)] }
 }
 
+/// The same blade, that cuts on ahead.
+fn knife(dt: f64) -> ToolPath {
+    let mut path = blade(dt);
+    path.samples[1].pose.position += DVec3::new(-0.3, -0.05, 0.1) * DX;
+    path
+}
+
+/// What the edges of a flat blade have done to a particle that comes to `at` \[m\] \[J\]: a spring up to its
+/// share of the toughness.
+fn edge_work(particle: &Particle, tool: &MovingTool<'_>, around: &Surroundings, at: DVec3) -> f64 {
+    let ToolShape::Blade { half_width, half_height } = tool.path.tool.shape else { return 0.0 };
+    let (material, motion, start) = (&around.plan.material, tool.motion, around.domain.to_world(particle.position));
+    let q = motion.end.to_local(start) / DX;
+    let [across, along] = [q.x.abs() - half_width / DX, q.y.abs() - half_height / DX];
+    let (ahead, outward) = match (across > 0.0, along > 0.0) {
+        (true, false) => (across, DVec3::X * q.x.signum()),
+        (false, true) => (along, DVec3::Y * q.y.signum()),
+        _ => return 0.0,
+    };
+    if particle.key().side(tool.path.sheet_id()) != 0 || ahead >= 0.6 || q.z.abs() >= 1.0 {
+        return 0.0;
+    }
+    let share = 2.0 * (10.0 * ahead).min(6.0 - 10.0 * ahead).min(1.0) * (1.0 - q.z.abs());
+    let most = material.toughness * particle.rest_volume / (DX * DX) * share;
+    let modulus = material.lame_lambda() + 2.0 * material.lame_mu();
+    let spring = TANGENTIAL_STIFFNESS * modulus * area(particle.rest_volume / DX.powi(3)) * DX;
+    let advance = outward.dot(motion.start.to_local(start) - motion.end.to_local(at));
+    let bent = advance.clamp(0.0, most / spring);
+    0.5 * spring * bent * bent + most * (advance - bent).max(0.0)
+}
+
 /// The gap \[m\] of a flat blade to a particle that comes to `at` \[m\], if it is before it.
 fn gap_to_blade(particle: &Particle, tool: &MovingTool<'_>, around: &Surroundings, at: DVec3) -> f64 {
     let ToolShape::Blade { half_width, half_height } = tool.path.tool.shape else { return f64::INFINITY };
@@ -134,18 +166,19 @@ fn potential(system: &System<'_>, particles: &[Particle], around: &Surroundings,
                 gap_to_blade(particle, tool, around, at)
             };
             sum += 0.5 * NORMAL_STIFFNESS * modulus * area(volume) * DX * gap.min(0.0).powi(2);
+            sum += edge_work(particle, tool, around, at);
         }
     }
     sum
 }
 
 /// The slope is that of the potential, to 1e-6 of itself, by central differences along random ways: clay
-/// that yields, hardens and flows, with volumes shared, under a ball and about a blade, on walls that hold
-/// it.
+/// that yields, hardens and flows, with volumes shared, under a ball, about a blade and before its edge,
+/// on walls that hold it.
 #[test]
 fn residual_is_the_slope_of_the_potential() {
     let dt = 2e-3;
-    for (wall, tool) in [(Wall::Slip, ball(dt)), (Wall::Stick, ball(dt)), (Wall::Stick, blade(dt))] {
+    for (wall, tool) in [(Wall::Slip, ball(dt)), (Wall::Stick, ball(dt)), (Wall::Stick, blade(dt)), (Wall::Stick, knife(dt))] {
         let domain = room(wall);
         let mut plan = plan(clay(), dt);
         plan.tools = vec![tool];
@@ -168,6 +201,12 @@ fn residual_is_the_slope_of_the_potential() {
             });
             let touches = touches.count();
             assert!(slope.is_sound && flows > 100 && touches > 3, "{flows} {touches}");
+            let tool = &around.tools[0];
+            let work = after
+                .iter()
+                .zip(&particles)
+                .map(|((.., moved), p)| edge_work(p, tool, &around, around.domain.to_world(p.position) + *moved));
+            assert_eq!(work.filter(|work| *work > 0.0).count() > 10, !tool.is_solid());
             for _ in 0..8 {
                 let way = system.unknowns.masked(guess.iter().map(|_| random.vector()).collect());
                 let at = |t: f64| u.iter().zip(&way).map(|(u, way)| *u + t * *way).collect::<Vec<_>>();

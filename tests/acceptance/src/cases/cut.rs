@@ -63,7 +63,13 @@ fn best_normal(points: &[DVec3], near: DVec3) -> DVec3 {
 }
 
 impl Press {
+    /// A block that is whole, or cut and closed.
     fn new(material: ClayMaterial, cut: Option<Cut>, seed: u64) -> Self {
+        Self::open(material, cut, 0.0, seed)
+    }
+
+    /// A block whose halves are `gap` cells apart along it.
+    fn open(material: ClayMaterial, cut: Option<Cut>, gap: f64, seed: u64) -> Self {
         let domain = room([LENGTH + 8, 16, 16], Wall::Separate);
         let mut particles = block(DVec3::splat(4.0), IVec3::new(LENGTH, 8, 8));
         // As clay is filled: a lattice of half a cell, jittered by a quarter of that.
@@ -80,6 +86,9 @@ impl Press {
                 if distance.abs() < 2.0 {
                     p.tags[0] = Tag { sheet: 1, side: if distance < 0.0 { -1 } else { 1 } };
                 }
+                if distance >= 0.0 {
+                    p.set_grid(p.grid() + gap * DVec3::X);
+                }
             }
         }
         let places = particles.iter().map(place).collect();
@@ -87,7 +96,7 @@ impl Press {
         // Two thirds of critical for the slowest wave along the block.
         lab.plan.validation.damping = material.wave_speed(material.density) / (f64::from(LENGTH) * DX) * 4.0;
         let plate = |end: f64, out: f64| DVec3::new(end + out * (3.0 - TOUCH), 8.0, 8.0);
-        Self { lab, plates: [plate(4.0, -1.0), plate(4.0 + f64::from(LENGTH), 1.0)], places, welded: 0 }
+        Self { lab, plates: [plate(4.0, -1.0), plate(4.0 + f64::from(LENGTH) + gap, 1.0)], places, welded: 0 }
     }
 
     /// Moves the second plate by `way` [cells] in `steps` substeps, waits as long, and returns the force on
@@ -182,6 +191,41 @@ pub fn closed(size: Size) -> Vec<Row> {
         Row::at_most(name("tension, of that of whole clay"), 100.0 * tension, "%", 1.0),
         Row::at_most(name("shear over friction times compression"), shear, "-", 1.0),
         Row::at_least(name("the same of whole clay, moved as far"), whole_shear, "-", 1.5),
+    ]
+}
+
+/// An open cut that plates close: its sides bear nothing until their faces are within a tenth of a cell, and
+/// then as much as whole clay that is pressed as far from there.
+pub fn opened(size: Size) -> Vec<Row> {
+    const STEP: f64 = 0.1;
+    /// How far apart the halves are at first, and how far whole clay is pressed [cells].
+    const WAYS: [f64; 2] = [1.3, 0.5];
+    let steps = 60;
+    let material = ClayMaterial { weld: Weld::Off, poisson_ratio: 0.3, ..Preset::SoftClay.material() };
+    let strength = material.shear_strength() * 64.0 * DX * DX;
+    let (mut early, mut off) = (0.0f64, 0.0f64);
+    for (seed, cut) in cuts(size).into_iter().enumerate() {
+        let gap = WAYS[0] / cut.normal.x;
+        let mut press = Press::open(material, Some(cut), gap, seed as u64);
+        let mut left = WAYS[0];
+        while left > 0.1 + 0.5 * STEP {
+            left -= STEP;
+            let force = press.moved(-DVec3::X * STEP / cut.normal.x, steps).x;
+            early = early.max(force / strength);
+        }
+        let mut whole = Press::new(material, None, seed as u64);
+        press.moved(-DVec3::X * left / cut.normal.x, steps);
+        let count = (WAYS[1] / STEP).round() as u32;
+        let pressed = [&mut press, &mut whole].map(|press| {
+            let forces = (0..count).map(|_| press.moved(-DVec3::X * STEP, steps).x);
+            forces.last().unwrap_or_default()
+        });
+        off = off.max((pressed[0] / pressed[1] - 1.0).abs());
+    }
+    let name = |what: &str| format!("cut {} cells open that plates close, {} planes: {what}", WAYS[0], cuts(size).len());
+    vec![
+        Row::at_most(name("force until faces are within 0.1 cells"), early, "k", 0.01),
+        Row::at_most(name("force off that of whole clay pressed as far"), 100.0 * off, "%", 5.0),
     ]
 }
 

@@ -59,6 +59,8 @@ impl Cut {
             young_modulus: 2.0 * RIGIDITY * STRENGTH * 1.3,
             poisson_ratio: 0.3,
             yield_stress: 3f64.sqrt() * STRENGTH,
+            // What the edge takes is judged in `knife`.
+            toughness: 0.0,
             ..Preset::SoftClay.material()
         };
         let walls = Walls { low: [Wall::Slip, Wall::Stick, Wall::Slip], high: [Wall::Slip; 3] };
@@ -103,7 +105,7 @@ fn exponent(points: &[[f64; 2]]) -> f64 {
     candidates.min_by(|a, b| fit(points, *a).1.total_cmp(&fit(points, *b).1)).unwrap_or(f64::NAN)
 }
 
-/// A blade without thickness has no edge to bear on clay, its flanks bear the clay's shear strength:
+/// Beside its edge, which parts this clay for nothing, its flanks bear the clay's shear strength:
 /// `F = 2 alpha k L h`, alpha 1 where it sticks, 0 without friction. The law of the blade holds the traction
 /// to k: what is judged is that it gets there, along the whole flank. Rigid and plastic clay holds it as much
 /// on its way out.

@@ -14,6 +14,7 @@ pub mod haptics;
 pub mod implicit;
 pub mod inertia;
 pub mod input;
+pub mod knife;
 pub mod law;
 pub mod manufactured;
 pub mod methods;
@@ -23,7 +24,9 @@ pub mod prandtl;
 pub mod press;
 pub mod published;
 pub mod robust;
+mod rolled;
 pub mod slide;
+mod slope;
 pub mod slump;
 pub mod stability;
 pub mod storage;
@@ -152,6 +155,7 @@ pub const CASES: &[Case] = &[
     contact_case("nothing inside", 4, press::nothing_inside),
     contact_case("parted clay", 3, press::parted),
     contact_case("dragged plate", 4, slide::sliding),
+    contact_case("knife", 12, knife::forces),
     contact_case("step with a tool", 2, press::step_limit),
     contact_case("scaled inertia", 4, inertia::beside_a_press),
     stability("step limit", 6, stability::step_limit),
@@ -165,7 +169,11 @@ pub const CASES: &[Case] = &[
     stability("blade at rest", 2, blade::at_rest),
     Case { is_native_only: true, ..stability("cut methods", 48, methods::compared) },
     stability("closed cut", 4, cut::closed),
+    stability("opened cut", 2, cut::opened),
     stability("welded cut", 5, cut::welded),
+    stability("cut slopes", 2, slope::slopes),
+    stability("rolled cut", 1, rolled::rolled),
+    stability("ended cut", 2, rolled::ended),
     stability("creep", 2, storage::creep),
     stability("shift", 3, storage::shift),
     stability("crowded cells", 7, storage::crowded),
@@ -176,7 +184,7 @@ pub const CASES: &[Case] = &[
     Case { is_native_only: true, ..stability("as published", 4, published::published) },
     implicit_case("implicit strip", 10, implicit::strips),
     implicit_case("implicit ball", 10, implicit::balls),
-    implicit_case("implicit blade", 6, implicit::blades),
+    implicit_case("implicit blade", 7, implicit::blades),
     implicit_case("implicit clays", 6, implicit::presets),
     implicit_case("implicit hold", 2, implicit::held),
     implicit_case("implicit unloading", 1, implicit::unloading),
@@ -204,6 +212,7 @@ pub const CASES: &[Case] = &[
     implicitly!("nothing inside", 4, press::nothing_inside),
     implicitly!("parted clay", 3, press::parted),
     implicitly!("dragged plate", 4, slide::sliding),
+    implicitly!("knife", 12, knife::forces),
     implicitly!("separating floor", 6, contact::separating_floor),
     implicitly!("rest", 6, stability::rest),
     implicitly!("energy", 5, stability::energy),
@@ -213,7 +222,11 @@ pub const CASES: &[Case] = &[
     implicitly!("blade withdrawn", 4, blade::withdrawn),
     implicitly!("blade at rest", 2, blade::at_rest),
     implicitly!("closed cut", 4, cut::closed),
+    implicitly!("opened cut", 2, cut::opened),
     implicitly!("welded cut", 5, cut::welded),
+    implicitly!("cut slopes", 2, slope::slopes),
+    implicitly!("rolled cut", 1, rolled::rolled),
+    implicitly!("ended cut", 2, rolled::ended),
     implicitly!("creep", 2, storage::creep),
     implicitly!("shift", 3, storage::shift),
     implicitly!("crowded cells", 7, storage::crowded),
@@ -221,11 +234,12 @@ pub const CASES: &[Case] = &[
     haptic_case("force limits", 36, haptics::limits),
     haptic_case("force by default", 3, haptics::by_default),
     haptic_case("proxy", 4, haptics::exactness),
-    haptic_case("force strokes", 33, haptics::strokes),
+    haptic_case("force strokes", 45, haptics::strokes),
     haptic_case("force of erring models", 15, haptics::erring_models),
     haptic_case("held force", 2, haptics::held),
     haptic_case("force of slow clay", 3, haptics::slow_motion),
     haptic_case("force of an engine's clay", 6, haptics::clay_strokes),
+    haptic_case("held force of an engine's clay", 2, haptics::clay_held),
     haptic_case("force start", 2, haptics::start),
     haptic_case("force of particles", 4, haptics::particles),
     haptic_case("force shapes", 4, haptics::closed_forms),

@@ -1,7 +1,8 @@
 //! What the same error costs one way and another.
 
-use super::sweep::{Family, Point};
+use super::sweep::{ERRORS, Family, Point, named};
 use super::table::Table;
+use clay_acceptance::cases::implicit::Free;
 use clay_acceptance::report::Row;
 
 /// Errors at which times are compared [%]: the limit of the implicit step's cases, and one above.
@@ -35,7 +36,8 @@ fn cost_at(points: &[[f64; 2]], error: f64) -> Option<f64> {
     Some(c0 * (c1 / c0).powf(share))
 }
 
-/// The time of a family over that of implicit steps at the same `level` of an error [-].
+/// The time of a family over that of implicit steps at the same `level` of an error \[-\]: without end where
+/// these alone reach it, none where they do not.
 pub(crate) fn gain(points: &[&Point], family: Family, error: usize, level: f64) -> Option<f64> {
     let of = |is_in: &dyn Fn(&Point) -> bool| -> Vec<[f64; 2]> {
         points.iter().filter(|p| is_in(p)).filter_map(|p| Some([p.errors?[error], p.time])).collect()
@@ -45,7 +47,8 @@ pub(crate) fn gain(points: &[&Point], family: Family, error: usize, level: f64) 
         Family::Scaled => of(&|p| p.family() != Family::Implicit),
         family => of(&|p| p.family() == family),
     };
-    Some(cost_at(&others, level)? / cost_at(&of(&|p| p.family() == Family::Implicit), level)?)
+    let implicit = cost_at(&of(&|p| p.family() == Family::Implicit), level)?;
+    Some(cost_at(&others, level).map_or(f64::INFINITY, |cost| cost / implicit))
 }
 
 /// What each explicit family takes at the same error of the force, as rows: with limits at one speed.
@@ -55,7 +58,8 @@ pub(crate) fn rows(table: &Table) -> Vec<Row> {
         let points = table.of(tool, speed);
         for (family, limit) in JUDGED.1 {
             for level in LEVELS {
-                let name = format!("{tool}, {speed} mm/s, force off by {level} %: time of {} over implicit", family.name());
+                let (scene, what) = (named(tool, speed), points[0].free().map_or(ERRORS[0], Free::measure));
+                let name = format!("{scene}, {what} off by {level} %: time of {} over implicit", family.name());
                 let ratio = gain(&points, family, 0, level).unwrap_or(f64::NAN);
                 let is_judged = speed == JUDGED.0 && points.iter().all(|p| 3.0 * p.uncertainty[0] <= level);
                 rows.push(if is_judged { Row::at_least(name, ratio, "-", limit) } else { Row::figure(name, ratio, "-") });

@@ -1,5 +1,6 @@
 //! What a frame costs one way and another, and what it is off by: explicit steps, explicit steps with scaled
-//! inertia, and implicit ones, of a strip, a ball and a blade that are pressed into clay at four speeds.
+//! inertia, and implicit ones, of a strip, a ball and a blade that are pressed into clay at four speeds, and
+//! of clay that no tool drives.
 //!
 //! `cargo run --release --no-default-features --bin work_precision -- --out DIR [--quick] [--only SUBSTRING]
 //! [--docs docs [--redraw]]`
@@ -34,7 +35,7 @@ struct Args {
     /// The folder for work_precision.csv and the pictures.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Tools half as wide: about two minutes on a free core.
+    /// Tools half as wide: about eight minutes of a core.
     #[arg(long, conflicts_with = "smoke")]
     quick: bool,
     /// One speed, and few runs: whether the command works.
@@ -47,7 +48,7 @@ struct Args {
     /// Measures nothing, and draws what DOCS has on record.
     #[arg(long, requires = "docs")]
     redraw: bool,
-    /// Runs only tools whose name contains SUBSTRING.
+    /// Runs only tools, or what clay does without one, whose name contains SUBSTRING.
     #[arg(long, value_name = "SUBSTRING")]
     only: Option<String>,
 }

@@ -2,7 +2,7 @@
 
 use super::equal::{self, LEVELS};
 use super::picture;
-use super::sweep::{ERRORS, Family, Point};
+use super::sweep::{ERRORS, Family, Point, named};
 use super::table::{FILE, Table};
 use bevy_clay::scene::export::whole::check_writable;
 use bevy_clay::sim::prelude::*;
@@ -44,7 +44,7 @@ fn costs(table: &Table, tool: &str, speed: f64) -> String {
     let scaled = points.iter().find(|p| picture::is_fast(p));
     let [interactive, fine] = [StepAccuracy::Interactive, StepAccuracy::Fine].map(|a| cell(own(&points, a)));
     let own = points.last().map_or_else(String::new, |p| p.uncertainty.map(figure).join(" / "));
-    format!("| {tool}, {speed} mm/s | {own} | {} | {} | {interactive} | {fine} |", cell(real), cell(scaled))
+    format!("| {} | {own} | {} | {} | {interactive} | {fine} |", named(tool, speed), cell(real), cell(scaled))
 }
 
 /// The columns of the table of equal errors: what is compared with implicit steps, index of the error, error.
@@ -56,9 +56,13 @@ fn compared() -> impl Iterator<Item = (Family, usize, f64)> {
 /// A row of the table of equal errors.
 fn gains(table: &Table, tool: &str, speed: f64) -> String {
     let points = table.of(tool, speed);
-    let mut text = format!("| {tool}, {speed} mm/s |");
+    let mut text = format!("| {} |", named(tool, speed));
     for (family, error, level) in compared() {
-        let ratio = equal::gain(&points, family, error, level).map_or_else(|| "-".into(), figure);
+        let ratio = match equal::gain(&points, family, error, level) {
+            None => "-".into(),
+            Some(ratio) if ratio.is_infinite() => "never".into(),
+            Some(ratio) => figure(ratio),
+        };
         let _ = write!(text, " {ratio} |");
     }
     text
@@ -71,7 +75,7 @@ pub(crate) fn text(table: &Table) -> String {
     for (tool, speed) in table.strokes() {
         let _ = writeln!(text, "{}", costs(table, tool, speed));
     }
-    text += "\nTime of explicit steps over that of implicit ones at the same error, each from its best setting (-: an error that one of them does not reach):\n\n| tool |";
+    text += "\nTime of explicit steps over that of implicit ones at the same error, each from its best setting (-: an error that implicit steps do not reach; never: one that the others do not):\n\n| tool |";
     for (family, error, level) in compared() {
         let _ = write!(text, " {}, {} {level} % |", family.name(), ERRORS[error]);
     }

@@ -1,9 +1,10 @@
-//! Errors over passes and over time, in decades: a column per speed, a row per tool and error.
+//! Errors over passes and over time, in decades: a column per speed, a row per tool and error; under them
+//! clay without a tool, a column each.
 
 use super::sweep::{self, Family, Point};
 use super::table::Table;
 use bevy_clay::sim::prelude::*;
-use clay_acceptance::cases::implicit::{BUDGETS, Budget, SAMPLE, Way, frame_travel};
+use clay_acceptance::cases::implicit::{BUDGETS, Budget, Free, SAMPLE, Way, frame_travel};
 use clay_acceptance::plot::{self, Area, Axis, Painted, Picture, PlotError, number, text};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -13,6 +14,8 @@ pub(crate) const NAMES: [&str; 2] = ["work_precision_passes", "work_precision_ti
 /// Size of a panel's frame, and the gaps between frames [pixels].
 const PANEL: (i32, i32) = (290, 230);
 const GAP: (i32, i32) = (14, 16);
+/// More of a gap above the panels of clay without a tool, with numbers and names in it [pixels].
+const BREAK: i32 = 60;
 /// Room about all frames: left, top, right [pixels].
 const MARGIN: (i32, i32, i32) = (86, 62, 20);
 /// Height of numbers, legend and provenance under the frames [pixels].
@@ -53,7 +56,12 @@ impl Cost {
 pub(crate) fn accuracy_of(point: &Point) -> Option<StepAccuracy> {
     let Way::Implicit(pace) = point.way else { return None };
     [StepAccuracy::Interactive, StepAccuracy::Fine].into_iter().find(|accuracy| {
-        let travel = accuracy.travel().min(frame_travel(1e-3 * point.speed));
+        let travel = match point.free() {
+            None => accuracy.travel().min(frame_travel(1e-3 * point.speed)),
+            // The planner has flight in explicit steps; else as many steps a frame as at a tool of 20 mm/s.
+            Some(Free::Flight) => return false,
+            Some(_) => accuracy.travel() / StepAccuracy::Interactive.travel(),
+        };
         accuracy.passes() == pace.passes && (pace.travel / travel - 1.0).abs() < 0.02
     })
 }
@@ -61,7 +69,7 @@ pub(crate) fn accuracy_of(point: &Point) -> Option<StepAccuracy> {
 /// Whether the run has the density that the planner scales to, for speed.
 pub(crate) fn is_fast(point: &Point) -> bool {
     let scale = InertiaScaling::Fast.density_scale(&Preset::SoftClay.material(), 1e-3 * point.speed);
-    matches!(point.way, Way::Scaled(s) if (s / scale - 1.0).abs() < 0.01)
+    point.free().is_none() && matches!(point.way, Way::Scaled(s) if (s / scale - 1.0).abs() < 0.01)
 }
 
 /// SVG and PNG of each picture.
@@ -81,14 +89,25 @@ struct Chart<'a> {
     cost: Cost,
     speeds: Vec<f64>,
     tools: Vec<&'a str>,
+    /// What clay does without a tool.
+    free: Vec<Free>,
     /// Lowest and highest cost.
     range: (f64, f64),
+}
+
+/// Where a panel is, and what it shows.
+struct Place {
+    row: usize,
+    column: usize,
+    /// Index of the error.
+    error: usize,
 }
 
 impl<'a> Chart<'a> {
     fn new(table: &'a Table, cost: Cost) -> Self {
         let (mut speeds, mut tools): (Vec<f64>, Vec<&str>) = (vec![], vec![]);
-        for (tool, speed) in table.strokes() {
+        let is_free = |tool: &str| Free::ALL.iter().any(|free| free.name() == tool);
+        for (tool, speed) in table.strokes().into_iter().filter(|(tool, _)| !is_free(tool)) {
             if !speeds.contains(&speed) {
                 speeds.push(speed);
             }
@@ -96,59 +115,110 @@ impl<'a> Chart<'a> {
                 tools.push(tool);
             }
         }
+        let free = Free::ALL.into_iter().filter(|free| !table.of(free.name(), 0.0).is_empty()).collect();
         let costs = || table.points.iter().map(|p| cost.of(p)).filter(|c| *c > 0.0);
         let range = (costs().fold(f64::INFINITY, f64::min), costs().fold(0.0, f64::max));
-        Self { table, cost, speeds, tools, range }
+        Self { table, cost, speeds, tools, free, range }
+    }
+
+    /// Columns of panels: the legend needs the width of four.
+    fn columns(&self) -> i32 {
+        self.speeds.len().max(self.free.len()).max(4) as i32
+    }
+
+    /// Rows of panels: of strokes, and of all.
+    fn rows(&self) -> [usize; 2] {
+        let strokes = 2 * self.tools.len();
+        [strokes, strokes + if self.free.is_empty() { 0 } else { 2 }]
     }
 
     /// Size of the whole picture [pixels].
     fn size(&self) -> (u32, u32) {
-        // The legend needs the width of three panels.
-        let columns = (self.speeds.len() as i32).max(3);
-        let rows = 2 * self.tools.len() as i32;
-        let width = MARGIN.0 + columns * (PANEL.0 + GAP.0) + MARGIN.2;
-        (width.cast_unsigned(), (self.bottom(rows - 1) + FOOT).cast_unsigned())
+        let width = MARGIN.0 + self.columns() * (PANEL.0 + GAP.0) + MARGIN.2;
+        (width.cast_unsigned(), (self.foot() + FOOT).cast_unsigned())
     }
 
     /// Lower edge of a row's frames [pixels].
-    fn bottom(&self, row: i32) -> i32 {
-        MARGIN.1 + (row + 1) * (PANEL.1 + GAP.1) - GAP.1
+    fn bottom(&self, row: usize) -> i32 {
+        let beyond = if row >= self.rows()[0] && row > 1 { BREAK } else { 0 };
+        MARGIN.1 + (row as i32 + 1) * (PANEL.1 + GAP.1) - GAP.1 + beyond
     }
 
-    fn panel<B: DrawingBackend>(&self, area: &Area<B>, tool: usize, error: usize, column: usize) -> Painted<B> {
-        let (row, speed) = ((2 * tool + error) as i32, self.speeds[column]);
+    /// Lower edge of the last row [pixels].
+    fn foot(&self) -> i32 {
+        self.bottom(self.rows()[1] - 1)
+    }
+
+    fn panel<B: DrawingBackend>(&self, area: &Area<B>, place: &Place, points: &[&Point]) -> Painted<B> {
+        let Place { row, column, error } = *place;
         let left = MARGIN.0 + column as i32 * (PANEL.0 + GAP.0);
-        let across = (left, left + PANEL.0);
-        let down = (self.bottom(row), self.bottom(row) - PANEL.1);
         let frame = Frame {
-            x: Axis::about([self.range.0, self.range.1].into_iter(), (0.12, 0.12), across),
-            y: Axis::about([ERRORS.0, ERRORS.1].into_iter(), (0.0, 0.0), down),
+            x: Axis::about([self.range.0, self.range.1].into_iter(), (0.12, 0.12), (left, left + PANEL.0)),
+            y: Axis::about([ERRORS.0, ERRORS.1].into_iter(), (0.0, 0.0), (self.bottom(row), self.bottom(row) - PANEL.1)),
             cost: self.cost,
             error,
         };
-        let points = self.table.of(self.tools[tool], speed);
-        frame.ground(area, &points)?;
-        if self.cost == Cost::Passes {
-            frame.limits(area, speed)?;
+        frame.ground(area, points)?;
+        if let (Cost::Passes, Some(point)) = (self.cost, points.first()) {
+            frame.limits(area, point.speed)?;
         }
-        frame.runs(area, &points)?;
+        frame.runs(area, points)?;
         if column == 0 {
             frame.numbers_left(area)?;
-            let name = format!("{}: {} off by [%]", self.tools[tool], sweep::ERRORS[error]);
-            let upright = text(17, INK, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
-            area.draw(&Text::new(name, (12, (down.0 + down.1) / 2), upright))?;
         }
-        if row == 0 {
-            let middle = ((across.0 + across.1) / 2, down.1 - 10);
-            area.draw(&Text::new(format!("{speed} mm/s"), middle, text(19, INK, HPos::Center, VPos::Bottom)))?;
+        if row + 1 == self.rows()[0] || row + 1 == self.rows()[1] { frame.numbers_below(area) } else { Ok(()) }
+    }
+
+    /// Writes beside a row.
+    fn beside<B: DrawingBackend>(&self, area: &Area<B>, row: usize, words: String) -> Painted<B> {
+        let upright = text(17, INK, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
+        area.draw(&Text::new(words, (12, self.bottom(row) - PANEL.1 / 2), upright))
+    }
+
+    /// Writes above a panel.
+    fn above<B: DrawingBackend>(&self, area: &Area<B>, row: usize, column: usize, words: String) -> Painted<B> {
+        let middle = MARGIN.0 + column as i32 * (PANEL.0 + GAP.0) + PANEL.0 / 2;
+        let at = (middle, self.bottom(row) - PANEL.1 - 8);
+        area.draw(&Text::new(words, at, text(19, INK, HPos::Center, VPos::Bottom)))
+    }
+
+    /// Tools at their speeds.
+    fn strokes<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B> {
+        for (tool, name) in self.tools.iter().enumerate() {
+            for (error, what) in sweep::ERRORS.iter().enumerate() {
+                let row = 2 * tool + error;
+                for (column, speed) in self.speeds.iter().enumerate() {
+                    self.panel(area, &Place { row, column, error }, &self.table.of(name, *speed))?;
+                }
+                self.beside(area, row, format!("{name}: {what} off by [%]"))?;
+            }
         }
-        if row == 2 * self.tools.len() as i32 - 1 { frame.numbers_below(area) } else { Ok(()) }
+        for (column, speed) in self.speeds.iter().enumerate() {
+            self.above(area, 0, column, format!("{speed} mm/s"))?;
+        }
+        Ok(())
+    }
+
+    /// Clay without a tool.
+    fn without_tool<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B> {
+        let [first, _] = self.rows();
+        for (column, free) in self.free.iter().enumerate() {
+            for error in 0..sweep::ERRORS.len() {
+                self.panel(area, &Place { row: first + error, column, error }, &self.table.of(free.name(), 0.0))?;
+            }
+            self.above(area, first, column, format!("{}: {}", free.name(), free.measure()))?;
+        }
+        if !self.free.is_empty() {
+            self.beside(area, first, "as named, off by [%]".into())?;
+            self.beside(area, first + 1, format!("{} off by [%]", sweep::ERRORS[1]))?;
+        }
+        Ok(())
     }
 
     /// What the marks stand for, and where the figures come from.
     fn legend<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B> {
-        let top = self.bottom(2 * self.tools.len() as i32 - 1);
-        let middle = (MARGIN.0 + self.speeds.len() as i32 * (PANEL.0 + GAP.0) / 2, top + 30);
+        let top = self.foot();
+        let middle = (MARGIN.0 + self.columns() * (PANEL.0 + GAP.0) / 2, top + 30);
         area.draw(&Text::new(self.cost.name(), middle, text(17, INK, HPos::Center, VPos::Top)))?;
         let style = text(16, INK, HPos::Left, VPos::Center);
         let put = |(x, y): (i32, i32), words: &str, paint: &dyn Fn((i32, i32)) -> Painted<B>| -> Painted<B> {
@@ -160,13 +230,14 @@ impl<'a> Chart<'a> {
         for (family, row) in Family::ALL[..2].iter().zip(0..) {
             put((left, y + row * step), family.name(), &|at| mark(area, color(*family, 0), at, *family, 0))?;
         }
-        let words = ["implicit, steps of 0.22 cells, or a frame's travel", "implicit, half as long", "implicit, a quarter"];
+        let words =
+            ["implicit, steps of 0.22 cells, or a frame (toss: a quarter)", "implicit, half as long", "implicit, a quarter"];
         for (words, row) in words.iter().zip(0..) {
             let paint = |at| mark(area, color(Family::Implicit, row), at, Family::Implicit, row);
             put((second, y + row as i32 * step), words, &paint)?;
         }
         put((left, y + 2 * step), "ring: as the planner sets it", &|at| ring(area, at))?;
-        let third = second + 400;
+        let third = second + 430;
         let own = |(x, y): (i32, i32)| area.draw(&Rectangle::new([(x - 10, y - 7), (x + 10, y + 7)], OWN.filled()));
         put((third, y), "less than the reference's own error", &own)?;
         if self.cost == Cost::Passes {
@@ -180,13 +251,8 @@ impl<'a> Chart<'a> {
 
 impl Picture for Chart<'_> {
     fn paint<B: DrawingBackend>(&self, area: &Area<B>) -> Painted<B> {
-        for tool in 0..self.tools.len() {
-            for (error, _) in sweep::ERRORS.iter().enumerate() {
-                for column in 0..self.speeds.len() {
-                    self.panel(area, tool, error, column)?;
-                }
-            }
-        }
+        self.strokes(area)?;
+        self.without_tool(area)?;
         self.legend(area)
     }
 }
@@ -281,7 +347,10 @@ impl Frame {
 /// Of implicit runs how often steps of interactive length have been halved; 0 of others.
 fn fineness_of(point: &Point) -> usize {
     let Way::Implicit(pace) = point.way else { return 0 };
-    let most = frame_travel(1e-3 * point.speed).min(SAMPLE);
+    let most = match point.free() {
+        None => frame_travel(1e-3 * point.speed).min(SAMPLE),
+        Some(free) => 1.0 / f64::from(sweep::free_steps(free)[0]),
+    };
     (most / pace.travel).log2().round().clamp(0.0, 2.0) as usize
 }
 

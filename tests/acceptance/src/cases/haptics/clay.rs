@@ -22,7 +22,7 @@ const RADIUS: f64 = 3e-3;
 const BLOCK: DVec3 = DVec3::new(16e-3, 9e-3, 16e-3);
 /// Height of the ball above the clay before its stroke \[m\].
 const HEIGHT: f64 = 1e-3;
-/// Time that a hand waits there, and below \[s\].
+/// Time that a hand waits there, and below unless it holds \[s\].
 const WAIT: f64 = 0.1;
 
 /// A stroke of a hand.
@@ -32,6 +32,8 @@ struct HandStroke {
     speed: f64,
     /// How deep it means to go \[m\].
     depth: f64,
+    /// How long it stays there \[s\].
+    hold: f64,
     /// By how much the clay is off the ball's axis \[cells\].
     offset: DVec3,
 }
@@ -74,9 +76,14 @@ impl HandStroke {
     fn path(&self) -> HandPath {
         let above = DVec3::Y * (RADIUS + HEIGHT);
         let below = DVec3::Y * (RADIUS - self.depth);
-        let time = (HEIGHT + self.depth) / self.speed;
-        let times = [WAIT, WAIT + time, 2.0 * WAIT + time, 2.0 * WAIT + 2.0 * time];
-        HandPath::new(times.into_iter().zip([above, below, below, above]))
+        let (there, leaves) = self.hold_span();
+        HandPath::new([WAIT, there, leaves, leaves + there - WAIT].into_iter().zip([above, below, below, above]))
+    }
+
+    /// When it is at its deepest, and when it leaves \[s\].
+    fn hold_span(&self) -> (f64, f64) {
+        let there = WAIT + (HEIGHT + self.depth) / self.speed;
+        (there, there + self.hold)
     }
 
     /// Runs the stroke through the servo.
@@ -173,7 +180,7 @@ pub fn clay_strokes(size: Size) -> Vec<Row> {
     let offsets = size.pick(&offsets[..1], &offsets[..1], &offsets);
     let strokes: Vec<HandStroke> = speeds
         .iter()
-        .flat_map(|speed| offsets.iter().map(|offset| HandStroke { speed: *speed, depth: DEPTH, offset: *offset }))
+        .flat_map(|speed| offsets.iter().map(|offset| HandStroke { speed: *speed, depth: DEPTH, hold: WAIT, offset: *offset }))
         .collect();
     let felt: Vec<Felt> = strokes.par_iter().map(HandStroke::feel).collect();
     let places = offsets.len();
@@ -193,6 +200,30 @@ pub fn clay_strokes(size: Size) -> Vec<Row> {
     }
     rows
 }
+
+/// A hand that holds still for 5 s in an engine's clay, which comes to rest: its models are renewed, and the
+/// force stays.
+pub fn clay_held(size: Size) -> Vec<Row> {
+    let offsets = [DVec3::new(0.1, 0.0, 0.03), DVec3::new(0.25, 0.0, 0.4)];
+    let felt = |offset: &DVec3| {
+        let stroke = HandStroke { speed: 0.05, depth: DEPTH, hold: SETTLING + 5.0, offset: *offset };
+        let ((there, leaves), felt) = (stroke.hold_span(), stroke.feel());
+        let held = felt.samples.iter().filter(|s| (there + SETTLING..leaves).contains(&s.time));
+        let least = |of: fn(&ServoSample) -> f64| held.clone().map(of).fold(f64::INFINITY, f64::min);
+        let most = |of: fn(&ServoSample) -> f64| held.clone().map(of).fold(0.0, f64::max);
+        let force = |s: &ServoSample| s.hand_force.length();
+        [100.0 * (most(force) - least(force)) / most(force), 1e3 * most(|s| s.age)]
+    };
+    let found: Vec<[f64; 2]> = offsets[..size.pick(1, 1, 2)].par_iter().map(felt).collect();
+    let [change, age] = [0, 1].map(|i| found.iter().map(|f| f[i]).fold(0.0, f64::max));
+    vec![
+        Row::at_most("force, clay held for 5 s: change", change, "%", 2.0),
+        Row::at_most("force, clay held for 5 s: greatest age of a model", age, "ms", 33.0),
+    ]
+}
+
+/// Time that clay and hand take to come to rest \[s\].
+const SETTLING: f64 = 0.5;
 
 /// The clay that is felt.
 const OWN: &str = "its own";

@@ -9,7 +9,7 @@ mod solver;
 mod stability;
 mod strokes;
 
-pub use clay::clay_strokes;
+pub use clay::{clay_held, clay_strokes};
 pub use curves::{Curve, curves};
 pub use shapes::closed_forms;
 pub use solver::{exactness, times};

@@ -113,7 +113,7 @@ pub fn erring_models(_: Size) -> Vec<Row> {
     SPEEDS.iter().flat_map(rows).collect()
 }
 
-/// Other modes on the same way, as they are.
+/// Other modes on the same way, as they are: errors, and what the hand and the clay got apart.
 fn beside(speed: f64) -> Vec<Row> {
     let modes = [
         ("held", Mode::ContactImpulse, Hold::Held),
@@ -121,14 +121,17 @@ fn beside(speed: f64) -> Vec<Row> {
         ("relaxed anchor", Mode::PaperAnchor { relaxes: true }, Hold::Blended),
         ("god-object", Mode::GodObject, Hold::Blended),
     ];
-    let row = |(name, mode, hold): &(&str, Mode, Hold)| {
+    let rows = |(name, mode, hold): &(&str, Mode, Hold)| {
         let mut rig = rig(arm(), stroke(DEPTH, speed), PLASTIC, Coupling::default(), Frames::default());
         rig.servo = ServoSettings { mode: *mode, hold: *hold, tool: flat_tool(), ..rig.servo };
         rig.clay = rig.clay.with_particles();
-        let error = 100.0 * to_end(&rig).fidelity().error;
-        Row::figure(format!("force, stroke at {} mm/s: error, {name}", 1e3 * speed), error, "% of its range")
+        let (run, stroke) = (to_end(&rig), format!("force, stroke at {} mm/s", 1e3 * speed));
+        [
+            Row::figure(format!("{stroke}: error, {name}"), 100.0 * run.fidelity().error, "% of its range"),
+            Row::figure(format!("{stroke}: impulses of hand and clay apart, {name}"), 100.0 * run.imbalance(), "%"),
+        ]
     };
-    modes.par_iter().map(row).collect()
+    modes.par_iter().flat_map_iter(rows).collect()
 }
 
 /// A hand that holds still for 5 s on clay that rests: its models are renewed, and the force stays.

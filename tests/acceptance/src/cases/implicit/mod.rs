@@ -4,6 +4,7 @@
 //! |-----------|-------------------------------------------------------------|
 //! | `stroke`  | a tool pressed into clay, integrated in whichever way       |
 //! | `compare` | how far one run is from another                             |
+//! | `free`    | clay that no tool drives, integrated in whichever way         |
 //! | `pressed` | strips, balls and blades: force, ways, volume, passes   |
 //! | `rest`    | tools held and taken away, own weight, flight               |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
@@ -11,6 +12,7 @@
 //! | `scenes`  | scenes drawn by lot                                         |
 
 mod compare;
+mod free;
 mod planned;
 mod pressed;
 mod rest;
@@ -19,6 +21,7 @@ mod several;
 mod stroke;
 
 pub use compare::Reference;
+pub use free::{Free, Loose};
 pub use pressed::{BUDGETS, Budget, balls, blades, presets, strips};
 pub use rest::{held, released, self_weight, tossed_block, unloading};
 pub use scenes::scenes;

@@ -104,8 +104,8 @@ fn budgets(speed: f64) -> Vec<&'static Budget> {
     BUDGETS.iter().filter(|b| b.speed == speed).collect()
 }
 
-/// The tool of a case and how deep it goes \[cells\]: strips and blades to half their width, a ball to half its
-/// radius.
+/// The tool of a case and how deep it goes \[cells\]: strips and blades to half their width, a ball to half
+/// its radius.
 fn tool(shape: Shape, size: Size) -> (&'static str, f64) {
     match shape {
         Shape::Strip(width) => ("strip", size.pick(0.15, 0.15, 0.5) * f64::from(width)),
@@ -145,7 +145,8 @@ pub fn balls(size: Size) -> Vec<Row> {
     soft(Shape::Ball(size.pick(2.0, 4.0, 4.0)), size)
 }
 
-/// A blade that goes flat into clay, which closes over it.
+/// A blade that goes flat into clay, which closes over it: against the explicit step, whose blades hold
+/// nodes, and against a strip as wide, which goes into the clay as it does.
 pub fn blades(size: Size) -> Vec<Row> {
     let shape = Shape::Blade(size.pick(4, 4, 8));
     let (name, depth) = tool(shape, size);
@@ -159,7 +160,20 @@ pub fn blades(size: Size) -> Vec<Row> {
     };
     let [slow, fast] = &BLADE_BUDGETS;
     let jobs: Vec<Job> = size.pick(vec![fast], vec![fast], vec![slow, fast]).into_iter().map(job).collect();
-    jobs.par_iter().flat_map_iter(Job::rows).collect()
+    let rows: Vec<Row> = jobs.par_iter().flat_map_iter(Job::rows).collect();
+    rows.into_iter().chain(jobs.iter().map(beside_strip)).collect()
+}
+
+/// The force on a blade against that on a strip of its width.
+fn beside_strip(job: &Job) -> Row {
+    let (stroke, budget) = (&job.stroke, job.budgets[0]);
+    let (strip, blade) = rayon::join(|| Reference::new(&stroke.solid()), || stroke.press(Way::Implicit(budget.pace)));
+    // Clay reaches out to a strip by half a particle, and not to a blade: until that is made up for they
+    // differ.
+    let range = [0.25 * stroke.depth, stroke.depth];
+    let own = 100.0 * strip.uncertainty(&blade.forces, range)[0];
+    let off = if blade.is_sound { 100.0 * strip.force_error(&blade.forces, range) } else { f64::NAN };
+    judged(format!("{}, {} passes a frame: force off that on a strip by", job.name, budget.passes), off, budget.force, own)
 }
 
 /// Clays other than soft clay: whether their errors have limits.

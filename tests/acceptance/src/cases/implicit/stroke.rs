@@ -41,7 +41,8 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Sets up a frame of `duration` \[s\] in which the fastest tool travels by `travel` \[cells\]; its steps.
+    /// Sets up a frame of `duration` \[s\] in which the fastest tool travels by `travel` \[cells\]; its
+    /// steps.
     pub(super) fn plan(self, lab: &mut Lab, travel: f64, duration: f64) -> u32 {
         // A whole number of steps but for rounding is that number.
         let steps = (travel / self.travel - 1e-6).ceil().max(1.0);
@@ -70,13 +71,13 @@ pub enum Shape {
     Strip(i32),
     /// A quarter of a ball of this radius \[cells\].
     Ball(f64),
-    /// Half of a blade of this width \[cells\], in plane strain: it goes flat into the clay, which closes over
-    /// its rims.
+    /// Half of a blade of this width \[cells\], in plane strain: it goes flat into the clay, which closes
+    /// over its rims.
     Blade(i32),
 }
 
 /// A tool that goes straight into clay.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// What goes in.
     pub shape: Shape,
@@ -124,6 +125,13 @@ impl Stroke {
         (Snapshot { material: self.material, ..clay }, Mover { tool, velocity: DVec3::NEG_Y * self.speed, ..mover })
     }
 
+    /// What the stroke is compared with: of a blade, which explicit steps have wrong where it lies flat,
+    /// that of a strip of its width.
+    pub fn solid(&self) -> Self {
+        let shape = if let Shape::Blade(width) = self.shape { Shape::Strip(width) } else { self.shape };
+        Self { shape, ..*self }
+    }
+
     /// The stroke before its start.
     pub(super) fn begin(&self) -> Run {
         let (clay, mover) = self.scene();
@@ -151,9 +159,10 @@ impl Stroke {
     /// behind its own \[cells\].
     fn plan(&self, way: Way, lab: &mut Lab, travel: f64) -> (u32, f64) {
         let duration = travel * DX / self.speed;
+        let most = TOOL_TRAVEL_MAX * DX / self.speed;
         match way {
-            Way::Explicit(part) => (self.substeps(lab, duration, part, 1.0), 0.0),
-            Way::Scaled(density_scale) => (self.substeps(lab, duration, 1.0, density_scale), 0.0),
+            Way::Explicit(part) => (plan_explicit(lab, &self.material, duration, [part, 1.0], most), 0.0),
+            Way::Scaled(density) => (plan_explicit(lab, &self.material, duration, [1.0, density], most), 0.0),
             Way::Implicit(pace) => {
                 let steps = pace.plan(lab, travel, duration);
                 (steps, 0.5 * travel / f64::from(steps))
@@ -161,20 +170,27 @@ impl Stroke {
         }
     }
 
-    fn substeps(&self, lab: &mut Lab, duration: f64, part: f64, density_scale: f64) -> u32 {
-        let limit = self.material.time_step_limit(DX, self.material.density * density_scale);
-        let dt = (STEP_FRACTION * limit).min(TOOL_TRAVEL_MAX * DX / self.speed);
-        let steps = (duration / (part * dt)).ceil();
-        lab.plan.integrator = Integrator::Explicit { density_scale };
-        lab.plan.dt = duration / steps;
-        steps as u32
-    }
-
     /// The parts of the way from its start to its end, [`SAMPLE`] each: depths of their ends \[cells\].
     pub fn parts(&self) -> Vec<[f64; 2]> {
         let count = ((self.depth + GAP) / SAMPLE - 1e-6).ceil() as u32;
         (0..count).map(|i| [i, i + 1].map(|i| f64::from(i) * SAMPLE - GAP)).collect()
     }
+}
+
+/// Sets up a frame of `duration` \[s\] in explicit steps: by this part of the planner's step, at so many
+/// times the clay's density, in steps of `most` \[s\] over the part; their number.
+pub(super) fn plan_explicit(
+    lab: &mut Lab,
+    material: &ClayMaterial,
+    duration: f64,
+    [part, density_scale]: [f64; 2],
+    most: f64,
+) -> u32 {
+    let limit = material.time_step_limit(DX, material.density * density_scale);
+    let steps = (duration / (part * (STEP_FRACTION * limit).min(most))).ceil();
+    lab.plan.integrator = Integrator::Explicit { density_scale };
+    lab.plan.dt = duration / steps;
+    steps as u32
 }
 
 /// Thickness of clay in plane strain \[cells\].
@@ -242,7 +258,8 @@ impl Run {
     fn on(&mut self, way: Way, parts: u32) {
         let travel = travel(way);
         let volume: f64 = self.clay.particles.iter().map(|p| f64::from(p.rest_volume)).sum();
-        let sign = if self.stroke.depth < self.depth { -1.0 } else { 1.0 };
+        // A stroke goes on beyond its end: the tool says which way.
+        let sign = -self.mover.velocity.y.signum();
         for _ in 0..parts {
             let (steps, lag) = self.stroke.plan(way, &mut self.lab, travel);
             let began = ProcessTime::now();
