@@ -99,7 +99,7 @@ picture 5_cut
 grep -q "1 bodies before, 2 bodies now" <<<"$stroke" || fail "the knife did not cut the clay in two"
 
 # Coarser cells: the shape is filled anew, and is still two bodies.
-drag 161 310 171 310
+drag 161 331 171 331
 await "stands on cells"
 xdotool key h
 picture 6_help

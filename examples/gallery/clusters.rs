@@ -40,6 +40,7 @@ pub(crate) fn clay() -> SurfaceSource {
         volume_ratio: 1.0,
         density_weight: 0.125,
         tags: 0,
+        body: 0,
     };
     SurfaceSource { domain, particles: places.into_iter().map(particle).collect::<Vec<_>>().into() }
 }

@@ -7,6 +7,7 @@ use super::import::ImportedMesh;
 use super::line::{named, short};
 use super::solid::{MeshSolid, Solid};
 use super::stamp::FileStamp;
+use crate::sim::cut::SheetSet;
 use crate::sim::frame::FrameOutputs;
 use crate::sim::params::{CELLS_MAX, Domain, LENGTH, PADDING, ParamsError};
 use crate::sim::planner::{Decision, Planner, Policy, StepLimits};
@@ -211,7 +212,8 @@ impl ClayScene {
         let particle =
             |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
         let particles = (0..).zip(&points).map(particle).collect();
-        let snapshot = Snapshot::new(domain, material, particles);
+        let mut snapshot = Snapshot::new(domain, material, particles);
+        snapshot.find_bodies(SheetSet::default());
         let built = BuiltScene { snapshot, warnings, fill: report, inputs, scene: self.clone() };
         built.check_steps()?;
         Ok(built)

@@ -25,7 +25,7 @@ use super::line::named;
 use super::stamp::FileStamp;
 use super::text::{from_ron, read_text};
 use super::track::{AxisAngle, Grip, ToolTrack};
-use crate::sim::cut::PLATE_SHEET;
+use crate::sim::cut::JOINT_SHEET;
 use crate::sim::material::{ClayMaterial, Preset};
 use crate::sim::params::{GRAVITY, ParamsError, Wall, Walls};
 use crate::sim::planner::{InertiaScaling, IntegratorChoice, StepAccuracy};
@@ -365,8 +365,8 @@ impl ClayScene {
         GRAVITY.check_vector("gravity", self.gravity)?;
         self.domain.as_ref().map_or(Ok(()), Check::check)?;
         // Each may be a blade, with a sheet of its own; 0 is none.
-        if self.tools.len() >= PLATE_SHEET.into() {
-            return Err(ParamsError::new("tools", self.tools.len(), "must be at most 239"));
+        if self.tools.len() >= JOINT_SHEET.into() {
+            return Err(ParamsError::new("tools", self.tools.len(), "must be at most 238"));
         }
         self.tools.iter().try_for_each(Check::check)?;
         let hands = self.tools.iter().filter(|track| track.hand.is_some()).count();

@@ -1,12 +1,12 @@
 //! The pieces that clay is in: bodies that nothing holds together any more.
 //!
 //! Particles hold together where they move in one field of a node, as in the substep: at nodes that no cut
-//! divides all clay of the cells about them, at others the clay on one side. A cut that ends inside the clay
-//! leaves one piece, one that passes through it two.
+//! divides all clay of a body in the cells about them, at others the clay on one side. A cut that ends inside
+//! the clay leaves one piece, one that passes through it two.
 
-use crate::sim::cut::CutKey;
+use crate::sim::cut::ClassKey;
+use crate::sim::disjoint::DisjointSets;
 use crate::sim::snapshot::{Particle, Snapshot};
-use crate::surface::mesh::DisjointSets;
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub struct Pieces {
 }
 
 /// Masses of the classes at a node that a tagged particle reaches.
-type ClassMasses = Vec<(CutKey, f64)>;
+type ClassMasses = Vec<(ClassKey, f64)>;
 
 impl Pieces {
     /// Finds the pieces of clay; particles that are not finite are a piece each.
@@ -28,13 +28,13 @@ impl Pieces {
         let particles = &snapshot.particles;
         let masses = masses_at_cuts(particles);
         let mut sets = DisjointSets::new(particles.len());
-        let mut first_of: HashMap<(IVec3, u64), u32> = HashMap::new();
+        let mut first_of: HashMap<(IVec3, u16, u64), u32> = HashMap::new();
         for (i, particle) in (0..).zip(particles).filter(|(_, p)| p.is_finite()) {
-            let (key, cell) = (CutKey::of(particle.tags), particle.grid().floor().as_ivec3());
+            let (key, cell) = (ClassKey::new(particle.body, particle.tags), particle.grid().floor().as_ivec3());
             for corner in 0..8 {
                 let node = cell + (IVec3::new(corner, corner >> 1, corner >> 2) & 1);
                 let field = masses.get(&node).map_or(0, |classes| field_of(key, classes));
-                let first = *first_of.entry((node, field)).or_insert(i);
+                let first = *first_of.entry((node, key.body(), field)).or_insert(i);
                 sets.join(first, i);
             }
         }
@@ -88,13 +88,13 @@ fn masses_at_cuts(particles: &[Particle]) -> HashMap<IVec3, ClassMasses> {
         })
     };
     let mut masses: HashMap<IVec3, ClassMasses> = HashMap::new();
-    let finite = || particles.iter().filter(|p| p.is_finite()).map(|p| (p, CutKey::of(p.tags)));
-    for (p, key) in finite().filter(|(_, key)| !key.is_untagged()) {
+    let finite = || particles.iter().filter(|p| p.is_finite()).map(|p| (p, ClassKey::new(p.body, p.tags)));
+    for (p, key) in finite().filter(|(_, key)| !key.is_first()) {
         for (node, weight) in stencil(p) {
             add(masses.entry(node).or_default(), key, weight * f64::from(p.rest_volume));
         }
     }
-    for (p, key) in finite().filter(|(_, key)| key.is_untagged()) {
+    for (p, key) in finite().filter(|(_, key)| key.is_first()) {
         for (node, weight) in stencil(p) {
             if let Some(classes) = masses.get_mut(&node) {
                 add(classes, key, weight * f64::from(p.rest_volume));
@@ -104,7 +104,7 @@ fn masses_at_cuts(particles: &[Particle]) -> HashMap<IVec3, ClassMasses> {
     masses
 }
 
-fn add(classes: &mut ClassMasses, key: CutKey, mass: f64) {
+fn add(classes: &mut ClassMasses, key: ClassKey, mass: f64) {
     match classes.iter_mut().find(|class| class.0 == key) {
         Some(class) => class.1 += mass,
         None => classes.push((key, mass)),
@@ -112,9 +112,10 @@ fn add(classes: &mut ClassMasses, key: CutKey, mass: f64) {
 }
 
 /// Names the field in which the clay of `key` moves at a node: the divisions that it is beyond, as in the
-/// substep (`m_F + m_B > m / 2`), a bit for each sheet.
-fn field_of(key: CutKey, classes: &ClassMasses) -> u64 {
-    let all: f64 = classes.iter().map(|class| class.1).sum();
+/// substep (`m_F + m_B > m / 2`, m that of the bodies with a side of the sheet), a bit for each sheet.
+fn field_of(key: ClassKey, classes: &ClassMasses) -> u64 {
+    let is_tagged = |body: u16, sheet: u8| classes.iter().any(|(key, _)| key.body() == body && key.side(sheet) != 0);
+    let all = |sheet: u8| classes.iter().filter(|(key, _)| is_tagged(key.body(), sheet)).map(|class| class.1).sum::<f64>();
     let mut sheets: Vec<u8> = classes.iter().flat_map(|class| class.0.sides()).map(|side| side.0).collect();
     sheets.sort_unstable();
     sheets.dedup();
@@ -122,7 +123,7 @@ fn field_of(key: CutKey, classes: &ClassMasses) -> u64 {
         let on = |side: i8| classes.iter().filter(|class| class.0.side(sheet) == side).map(|class| class.1).sum::<f64>();
         let (front, back) = (on(1), on(-1));
         let owner = if front >= back { 1 } else { -1 };
-        front + back > 0.5 * all && key.side(sheet) == -owner
+        front + back > 0.5 * all(sheet) && key.side(sheet) == -owner
     };
     sheets.into_iter().take(64).enumerate().map(|(i, sheet)| u64::from(is_beyond(sheet)) << i).sum()
 }

@@ -3,8 +3,8 @@
 //! The surface of the old particles is filled anew at the spacing of the new grid. A new particle has
 //! velocity, strain, hardening and structure of the nearest old one, so clay in equilibrium stays in it; the
 //! sum of rest volumes, and so the mass, is the old one. Beside a cut it takes the side that most of the old
-//! particles of the same sheet around it are on, so that the two sides part where they did. Edges lose up to
-//! a cell of the coarser grid.
+//! particles of the same sheet around it are on, beside another body the body of most, so that both part
+//! where they did. Edges lose up to a cell of the coarser grid.
 
 use super::build::{Cost, memory_limit};
 use super::fill::Fill;
@@ -17,7 +17,7 @@ use crate::surface::extract::extract;
 use crate::surface::field::{SurfaceSettings, Tier};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ use std::sync::Arc;
 const PARTICLES_MIN: f64 = 8.0;
 /// Displacement of the new particles over their spacing, that of scenes.
 const JITTER: f64 = 0.25;
-/// Reach of the vote on a particle's side [old cells]: two particle spacings, past the jitter that blurs the
-/// cut.
+/// Reach of the vote on a particle's side and body [old cells]: two particle spacings, past the jitter that
+/// blurs the cut.
 const VOTE_REACH: f64 = 1.0;
 /// Free cells kept above the clay where the room loses a part of a block.
 const HEADROOM: f64 = 2.0;
@@ -81,7 +81,7 @@ pub fn resample_within(snapshot: &Snapshot, cell_width: f64, memory_limit: f64) 
     let mut particles: Vec<Particle> = points.par_iter().enumerate().map(|(i, p)| carried((i, p))).collect();
     let factor = volume / particles.iter().map(|p| f64::from(p.rest_volume)).sum::<f64>();
     particles.iter_mut().for_each(|p| p.rest_volume = (f64::from(p.rest_volume) * factor) as f32);
-    Ok(Snapshot { domain, particles, time: snapshot.time, ..Snapshot::new(domain, snapshot.material, vec![]) })
+    Ok(Snapshot { time: snapshot.time, ..Snapshot::new(domain, snapshot.material, particles) })
 }
 
 /// What an extractor reads of particles that no engine holds.
@@ -97,6 +97,7 @@ pub fn surface_source(domain: &Domain, particles: &[Particle]) -> SurfaceSource 
             p.tags[1].sheet,
             p.tags[1].side.cast_unsigned(),
         ]),
+        body: p.body,
     };
     SurfaceSource { domain: *domain, particles: Arc::new(particles.iter().map(point).collect()) }
 }
@@ -194,10 +195,15 @@ impl<'a> Neighbours<'a> {
     /// A particle with the state of the clay at `at` \[old cells\].
     fn carry(&self, at: DVec3) -> Particle {
         let mut particle = *self.nearest(at);
+        let near = || self.around(at, 1).filter(|(distance, _)| *distance < VOTE_REACH).map(|(d, p)| (VOTE_REACH - d, p));
+        let mut votes: BTreeMap<u32, f64> = BTreeMap::new();
+        near().for_each(|(weight, p)| *votes.entry(p.body).or_default() += weight);
+        if let Some((body, _)) = votes.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+            particle.body = body;
+        }
         for tag in particle.tags.iter_mut().filter(|tag| tag.side != 0) {
             let side_of = |p: &Particle| p.tags.iter().find(|t| t.sheet == tag.sheet).map_or(0, |t| t.sign());
-            let near = self.around(at, 1).filter(|(distance, _)| *distance < VOTE_REACH);
-            let vote: f64 = near.map(|(distance, p)| f64::from(side_of(p)) * (VOTE_REACH - distance)).sum();
+            let vote: f64 = near().map(|(weight, p)| f64::from(side_of(p)) * weight).sum();
             if vote != 0.0 && (vote > 0.0) != (tag.side > 0) {
                 tag.side = -tag.sign();
             }

@@ -1,5 +1,6 @@
 //! What a snapshot's numbers have to be for an engine's indices to hold.
 
+use super::body::BODY_MAX;
 use super::params::{BLOCK, CELLS_MAX, PADDING, ParamsError};
 use super::snapshot::{Forecast, Particle, Snapshot};
 
@@ -35,6 +36,9 @@ pub(super) fn admit(snapshot: &Snapshot) -> Result<(Vec<Particle>, Vec<u32>), Pa
         }
         if p.rest_volume <= 0.0 {
             return Err(ParamsError::new("rest_volume", format!("{} (id {})", p.rest_volume, p.id), "must be positive"));
+        }
+        if p.body > BODY_MAX {
+            return Err(ParamsError::new("body", format!("{} (id {})", p.body, p.id), "must be 16383 at most"));
         }
         // Cell and offset as the sort needs them, whoever made the snapshot.
         let mut p = *p;

@@ -1,6 +1,6 @@
 //! Where the sides of a cut are carried on: what both engines and the oracle hold to.
 
-use super::cut::{self, PLATE_SHEET};
+use super::cut::{self, JOINT_SHEET};
 use super::frame::FramePlan;
 use super::snapshot::Tag;
 use super::weld::{MEETING_SHARE, WeldRule};
@@ -16,7 +16,7 @@ pub(crate) const CARRY_COSINE: f64 = 0.8;
 
 /// Whether sides of this sheet are carried on in a frame: those of cuts that stay, away from their blades.
 pub(crate) fn is_carried(plan: &FramePlan, sheet: u8) -> bool {
-    (1..PLATE_SHEET).contains(&sheet) && plan.cutting.keeps_cuts() && !WeldRule::spares(plan, sheet)
+    (1..JOINT_SHEET).contains(&sheet) && plan.cutting.keeps_cuts() && !WeldRule::spares(plan, sheet)
 }
 
 /// Whether a particle takes sides of `sheet` from the clay about it: it has room for one, and neither a side

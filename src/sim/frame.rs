@@ -1,12 +1,14 @@
 //! A frame as data: the plan that goes into an engine, the report and the surface particles that come out.
 
-use super::cut::{PLATE_SHEET, SheetSet};
+mod validate;
+
+use super::cut::SheetSet;
 use super::cutting::CuttingMethod;
 use super::health::Health;
-use super::integrator::{Integrator, PASSES};
+use super::integrator::Integrator;
 use super::material::ClayMaterial;
-use super::params::{Domain, ParamsError};
-use super::tool::{ToolPath, ToolShape};
+use super::params::Domain;
+use super::tool::ToolPath;
 use super::touch::ToolTouch;
 use super::validation::Validation;
 use bytemuck::{Pod, Zeroable};
@@ -32,6 +34,10 @@ pub struct FramePlan {
     /// it has changed since the frame before.
     #[serde(default)]
     pub may_rest: bool,
+    /// Whether [bodies](super::body) are found anew at the frame's end: a cut may have gone through, or
+    /// sides of one grown together.
+    #[serde(default)]
+    pub finds_bodies: bool,
     /// Gravity [m/s^2].
     pub gravity: DVec3,
     /// The tools and their ways through the frame.
@@ -59,9 +65,9 @@ pub struct FramePlan {
 /// device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameOutputs {
-    /// The surface particles, 24 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
+    /// The surface particles, 28 bytes each, for [`Engine::surface`](super::engine::Engine::surface).
     pub surface: bool,
-    /// The whole state, 152 bytes a particle, for
+    /// The whole state, 156 bytes a particle, for
     /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
     /// Whether there is loose clay, for the report: a planner asks where inertia may be scaled.
@@ -106,6 +112,7 @@ impl FramePlan {
             steps,
             integrator: Integrator::default(),
             may_rest: false,
+            finds_bodies: false,
             material,
             gravity: DVec3::ZERO,
             tools: vec![],
@@ -162,100 +169,9 @@ impl FramePlan {
         self.tools.iter().any(ToolPath::divides)
     }
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// The first parameter that is out of its range, by name.
-    pub fn validate(&self) -> Result<(), ParamsError> {
-        // First: a bad material makes a senseless time step.
-        self.material.validate()?;
-        self.validate_step()?;
-        if !(self.volume_averaging.is_finite() && self.volume_averaging >= 0.0) {
-            return Err(ParamsError::new("volume_averaging", self.volume_averaging, "must be a plastic strain, or 0 for none"));
-        }
-        if !self.gravity.is_finite() {
-            return Err(ParamsError::new("gravity", self.gravity, "must be finite"));
-        }
-        self.tools.iter().try_for_each(|path| self.validate_tool(path))?;
-        self.validate_implicit()?;
-        self.validate_cutting()
-    }
-
-    fn validate_step(&self) -> Result<(), ParamsError> {
-        if !(self.dt.is_finite() && self.dt > 0.0) {
-            return Err(ParamsError::new("dt", self.dt, "must be a positive time step in seconds"));
-        }
-        // 1e-15 s keeps 1 / dt an f32; more than 1e7 substeps are hours for a handful of particles.
-        if self.dt < 1e-15 {
-            return Err(ParamsError::new("dt", self.dt, "must be at least 1e-15 s"));
-        }
-        if !(1..=10_000_000).contains(&self.steps) {
-            let reason = "must be 1 to 10,000,000; a longer frame or a finer step needs more frames";
-            return Err(ParamsError::new("steps", self.steps, reason));
-        }
-        match self.integrator {
-            Integrator::Explicit { density_scale } if !(density_scale.is_finite() && density_scale >= 1.0) => {
-                Err(ParamsError::new("density_scale", density_scale, "must be 1 or more"))
-            }
-            Integrator::Implicit { passes } if !PASSES.contains(&passes) => {
-                Err(ParamsError::new("passes", passes, "must be 3 to 1000 a step: fewer find nothing"))
-            }
-            Integrator::Explicit { .. } | Integrator::Implicit { .. } => Ok(()),
-        }
-    }
-
-    /// The implicit step has no inputs of validation cases.
-    fn validate_implicit(&self) -> Result<(), ParamsError> {
-        let refusal = |reason| Err(ParamsError::new("integrator", "Implicit", reason));
-        match self.integrator {
-            Integrator::Explicit { .. } => Ok(()),
-            Integrator::Implicit { .. } if self.validation != Validation::default() => {
-                refusal("takes no inputs of validation cases")
-            }
-            Integrator::Implicit { .. } => Ok(()),
-        }
-    }
-
-    fn validate_tool(&self, path: &ToolPath) -> Result<(), ParamsError> {
-        path.tool.validate()?;
-        if path.samples.is_empty() || !path.is_finite() {
-            let reason = "needs at least one sample, finite numbers and times in order";
-            return Err(ParamsError::new("tool path", format!("tool {}", path.id), reason));
-        }
-        if !path.samples.iter().all(|s| s.pose.rotation.is_normalized()) {
-            return Err(ParamsError::new("tool path", format!("tool {}", path.id), "needs rotations of length 1"));
-        }
-        if path.id == u32::MAX {
-            return Err(ParamsError::new("tool id", path.id, "must be less than 4294967295, which stands for no tool"));
-        }
-        if path.sheet >= PLATE_SHEET && !matches!(path.tool.shape, ToolShape::Box { .. }) {
-            return Err(ParamsError::new("sheet", path.sheet, "must be less than 240 but of a box: the rest are plates'"));
-        }
-        let is_rival = |p: &&ToolPath| p.id == path.id || (p.divides() && path.divides() && p.sheet_id() == path.sheet_id());
-        if self.tools.iter().filter(is_rival).count() > 1 {
-            let reason = "must be another than every other tool's, and each blade and plate needs a sheet of its own (a blade's \
-                by default the id's, from 1 to 239 and around)";
-            return Err(ParamsError::new("tool id", path.id, reason));
-        }
-        Ok(())
-    }
-
-    /// Methods kept for comparison know no wires and no inputs of validation cases.
-    fn validate_cutting(&self) -> Result<(), ParamsError> {
-        let refusal = |reason| Err(ParamsError::new("cutting", format!("{:?}", self.cutting), reason));
-        if self.cutting.keeps_cuts() {
-            return Ok(());
-        }
-        if self.tools.iter().any(|path| path.tool.shape.is_wire()) {
-            return refusal("is kept for comparison and knows no wires");
-        }
-        if let Integrator::Implicit { .. } = self.integrator {
-            return refusal("is kept for comparison and has the explicit step only");
-        }
-        if self.validation != Validation::default() {
-            return refusal("is kept for comparison and takes no inputs of validation cases");
-        }
-        Ok(())
+    /// The sheets of the tools that part clay.
+    pub(super) fn dividers(&self) -> SheetSet {
+        self.tools.iter().filter(|path| path.divides()).map(ToolPath::sheet_id).collect()
     }
 }
 
@@ -397,10 +313,16 @@ pub struct FrameReport {
     /// Sides of cuts that grew together with the other side and are gone.
     #[serde(default)]
     pub welded: u64,
+    /// Particles among them that grew together with another body: both are one as soon as bodies are found.
+    #[serde(default)]
+    pub joined: u64,
     /// Sides of cuts that clay took from the clay about it: the tagged layer had become too thin to keep the
     /// cut.
     #[serde(default)]
     pub carried: u64,
+    /// The greatest number of a body: 0 while all clay is one.
+    #[serde(default)]
+    pub body_max: u32,
     /// Each tool of the plan.
     pub tools: Vec<ToolReport>,
     /// What each of them meets at the frame's end; empty where the plan did not ask, of a frame that was
@@ -470,7 +392,7 @@ impl FrameReport {
     }
 }
 
-/// One particle as the surface sees it, 24 bytes: what an engine uploads or aliases.
+/// One particle as the surface sees it, 28 bytes: what an engine uploads or aliases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceParticle {
@@ -482,6 +404,8 @@ pub struct SurfaceParticle {
     pub density_weight: f32,
     /// Tags packed: bytes (sheet, side) of the first and the second cut, as in the particle.
     pub tags: u32,
+    /// The body that it is of, by number.
+    pub body: u32,
 }
 
 /// What any extractor reads, whichever engine made it.

@@ -34,7 +34,7 @@
 //! `b .. b + 2` with `b = floor(x - 1/2)` and the quadratic weights
 //! `w = (1.5 - f)^2 / 2, 3/4 - (f - 1)^2, (f - 1/2)^2 / 2` of `f = x - b`. `rho_s` is the inertial density,
 //! `m_p = rho_s V_p`, `V_p` the particle's rest volume. A *class* is all particles on the same sides of the
-//! same cuts ([`CutKey`](cut::CutKey)).
+//! same cuts ([`ClassKey`](cut::ClassKey)).
 //!
 //! # Files
 //!
@@ -50,10 +50,12 @@
 )]
 
 mod admit;
+pub mod body;
 mod carry;
 mod coefficients;
 pub mod cut;
 pub mod cutting;
+pub(crate) mod disjoint;
 pub mod engine;
 pub mod frame;
 pub mod gpu;

@@ -50,7 +50,7 @@ impl Anchor {
 /// Tools that a particle can cling to at once: those of a corner. One more presses without friction.
 pub const ANCHORS_MAX: usize = 2;
 
-/// One particle, as stored between frames. f32, 152 bytes, no padding.
+/// One particle, as stored between frames. f32, 156 bytes, no padding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Particle {
@@ -78,6 +78,8 @@ pub struct Particle {
     pub anchors: [Anchor; ANCHORS_MAX],
     /// The walls that it touches, if they are separating ones, or has arrived at: a bit each, by number.
     pub walls: u32,
+    /// The [body](super::body) that it is of, by number.
+    pub body: u32,
 }
 
 impl Particle {
@@ -171,7 +173,7 @@ pub enum SnapshotError {
 }
 
 const MAGIC: &[u8; 8] = b"bevyclay";
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 impl Snapshot {
     /// Clay at time 0 that no engine has run.
@@ -251,6 +253,7 @@ mod tests {
                 p.tags[1] = Tag { sheet: 3, side: -1 };
                 p.anchors[1] = Anchor::on(i, DVec3::new(f, -f, 0.5));
                 p.walls = i % 64;
+                p.body = i % 5;
                 p.elastic_strain[4] = f as f32 * 1e-4;
                 p
             })
@@ -286,7 +289,7 @@ mod tests {
     /// Snapshots of other versions are named and not read.
     #[test]
     fn other_versions_are_named() {
-        for version in [0, 4, 6] {
+        for version in [0, 5, 7] {
             let mut bytes = snapshot().to_bytes();
             bytes[8..12].copy_from_slice(&u32::to_le_bytes(version));
             assert_eq!(Snapshot::from_bytes(&bytes), Err(SnapshotError::Version(version)));

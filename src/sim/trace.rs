@@ -1,6 +1,6 @@
 //! What stands at the nodes after one substep: how tests compare an engine with the oracle pass by pass.
 
-use super::cut::CutKey;
+use super::cut::ClassKey;
 use glam::{DVec3, IVec3};
 
 /// One class of clay at one node.
@@ -9,7 +9,7 @@ pub struct TracedNode {
     /// Grid coordinate.
     pub node: IVec3,
     /// On which sides of which cuts.
-    pub key: CutKey,
+    pub key: ClassKey,
     /// Mass \[kg\] that `p2g` brought.
     pub mass: f64,
     /// Momentum [kg m/s] that `p2g` brought.

@@ -1,5 +1,6 @@
 //! When the two sides of a cut grow together.
 
+use super::cut::{self, JOINT_SHEET};
 use super::frame::FramePlan;
 use super::snapshot::Tag;
 
@@ -45,6 +46,27 @@ impl WeldRule {
         };
         is_welded
     }
+
+    /// The same for a particle that meets another body, or none: pressed, it gets a tag that counts, if it
+    /// has room for one, and loses it where nothing presses any more.
+    pub(crate) fn count_joint(self, tags: &mut [Tag; 2], is_pressed: bool) -> bool {
+        let at = tags.iter().position(|tag| tag.sheet == JOINT_SHEET);
+        let is_welded = at.is_some_and(|at| tags[at].side == 0);
+        match at {
+            _ if is_welded => false,
+            Some(at) if is_pressed => self.count(&mut tags[at], true),
+            Some(_) => {
+                cut::drop(tags, JOINT_SHEET);
+                false
+            }
+            None if !is_pressed => false,
+            None => {
+                let Some(free) = tags.iter_mut().find(|tag| tag.side == 0) else { return false };
+                *free = Tag { sheet: JOINT_SHEET, side: 1 };
+                self.count(free, true)
+            }
+        }
+    }
 }
 
 /// Least share [-] of the clay on one side of a cut in the tagged clay about a particle for which the two
@@ -73,6 +95,24 @@ mod tests {
         assert!(!rule.count(&mut parted, false) && parted == tag(5, -1));
         assert!(rule.count(&mut pressed, true) && pressed == tag(5, 0));
         assert!(WeldRule { stress: 1.0, step: 100 }.count(&mut tag(5, 1), true), "at once");
+    }
+
+    /// A particle pressed on another body counts in a tag of its own where it has room for one, and gives up
+    /// no cut for it; the tag goes with what presses, but for one that has counted to the end.
+    #[test]
+    fn bodies_are_counted_where_there_is_room() {
+        let rule = WeldRule { stress: 1.0, step: 60 };
+        let (none, cut) = (Tag::default(), tag(5, -1));
+        let mut tags = [cut, none];
+        assert!(!rule.count_joint(&mut tags, false) && tags == [cut, none]);
+        assert!(!rule.count_joint(&mut tags, true) && tags == [cut, tag(JOINT_SHEET, 61)]);
+        assert!(!rule.count_joint(&mut tags, false) && tags == [cut, none]);
+        rule.count_joint(&mut tags, true);
+        assert!(rule.count_joint(&mut tags, true) && tags == [cut, tag(JOINT_SHEET, 0)]);
+        assert!(!rule.count_joint(&mut tags, true) && !rule.count_joint(&mut tags, false));
+        assert_eq!(tags, [cut, tag(JOINT_SHEET, 0)]);
+        let mut full = [cut, tag(6, 1)];
+        assert!(!rule.count_joint(&mut full, true) && full == [cut, tag(6, 1)]);
     }
 
     /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it

@@ -1,9 +1,10 @@
 //! Some cells with their surroundings, a block's or one alone: who owns the nodes, which sheets end where,
 //! what is on the edges.
 
+use super::bodies::BodyField;
 use super::field::{Field, SheetField};
 use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
-use super::labels::{Bodies, CutMethod, Label, Rules};
+use super::labels::{Bodies, CutMethod, Label, NOBODY, Rules};
 use glam::{DVec3, IVec3};
 
 /// First node of a tile, relative to its first cell.
@@ -14,8 +15,15 @@ pub(crate) const CROSSING_MIN: f64 = 1e-3;
 /// Vertices that an edge can carry: shared, keeping its low end, keeping its high end.
 pub(crate) const VARIANTS: usize = 3;
 
+/// The clay of a body near the cells.
+struct BodyTile {
+    body: u32,
+    values: Vec<f32>,
+}
+
 /// A sheet with clay on both sides near the block.
 struct SheetTile {
+    body: u32,
     sheet: u8,
     /// P.
     front: Vec<f32>,
@@ -39,14 +47,38 @@ pub(crate) struct CellTile<const NODES: usize> {
     labels: Vec<Label>,
     /// Bodies of the cell with this low node.
     bodies: Vec<Bodies>,
+    /// Tiles of the bodies with clay at these nodes, by number, if there are several; then unused ones.
+    near_bodies: Vec<BodyTile>,
+    body_count: usize,
     /// Tiles of the sheets near these cells, by number, then unused ones.
     sheets: Vec<SheetTile>,
     sheet_count: usize,
 }
 
-/// The sheets with clay on both sides near a block.
-pub(crate) fn sheets_near(field: &Field, block: IVec3) -> impl Iterator<Item = &SheetField> {
-    field.sheets.iter().filter(move |s| is_near(&field.grid, &s.front, block) && is_near(&field.grid, &s.back, block))
+/// What may part clay near a block.
+pub(crate) struct Near<'a> {
+    /// The bodies, if there are several.
+    bodies: Vec<&'a BodyField>,
+    /// The sheets with clay on both sides.
+    sheets: Vec<&'a SheetField>,
+}
+
+impl<'a> Near<'a> {
+    pub(crate) fn new(field: &'a Field, block: IVec3) -> Self {
+        let (grid, total) = (&field.grid, &field.total);
+        let is_near = |values: &NodeValues| is_near(grid, block, |slot| values.block(slot).is_some());
+        let sheets = field.sheets.iter().filter(|s| is_near(&s.front) && is_near(&s.back)).collect();
+        let is_body_near = |b: &&BodyField| self::is_near(grid, block, |slot| b.block(total, slot).is_some());
+        let mut bodies: Vec<_> = field.bodies.iter().filter(is_body_near).collect();
+        if bodies.len() < 2 {
+            bodies.clear();
+        }
+        Self { bodies, sheets }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.bodies.is_empty() && self.sheets.is_empty()
+    }
 }
 
 impl<const NODES: usize> CellTile<NODES> {
@@ -64,36 +96,23 @@ impl<const NODES: usize> CellTile<NODES> {
             own: vec![0.0; Self::NODE_COUNT],
             labels: vec![Label::default(); Self::NODE_COUNT],
             bodies: vec![Bodies::WHOLE; Self::NODE_COUNT],
+            near_bodies: Vec::new(),
+            body_count: 0,
             sheets: Vec::new(),
             sheet_count: 0,
         }
     }
 
-    /// Fills the tile for the cells from `low` of a block, and those of the sheets that are near it; `false`
-    /// if no surface can pass through its cells.
-    pub(crate) fn load<'a>(
-        &mut self,
-        field: &Field,
-        (block, low): (IVec3, IVec3),
-        sheets: impl IntoIterator<Item = &'a SheetField>,
-    ) -> bool {
-        let read = |values: &NodeValues, tile: &mut [f32]| field.grid.load(values, block, low + FIRST, NODES as i32, tile);
-        read(&field.total, &mut self.total);
+    /// Fills the tile for the cells from `low` of a block, and those of what is near it; `false` if no
+    /// surface can pass through its cells.
+    pub(crate) fn load(&mut self, field: &Field, (block, low): (IVec3, IVec3), near: &Near<'_>) -> bool {
+        let at = (block, low + FIRST);
+        field.grid.load(&field.total, block, at.1, NODES as i32, &mut self.total);
         if self.total.iter().all(|&f| f <= self.iso) {
             return false;
         }
-        self.sheet_count = 0;
-        for near in sheets {
-            if self.sheet_count == self.sheets.len() {
-                let values = || vec![0.0; Self::NODE_COUNT];
-                self.sheets.push(SheetTile { sheet: near.sheet, front: values(), back: values() });
-            }
-            let tile = &mut self.sheets[self.sheet_count];
-            tile.sheet = near.sheet;
-            read(&near.front, &mut tile.front);
-            read(&near.back, &mut tile.back);
-            self.sheet_count += 1;
-        }
+        self.load_bodies(field, at, near);
+        self.load_sheets(field, at, near);
         if self.is_plain() {
             return self.total.iter().any(|&f| f <= self.iso);
         }
@@ -104,25 +123,79 @@ impl<const NODES: usize> CellTile<NODES> {
         true
     }
 
-    /// Whether there is no cut near: cells have one body then, and edges one vertex.
+    fn load_bodies(&mut self, field: &Field, (block, first): (IVec3, IVec3), near: &Near<'_>) {
+        self.body_count = 0;
+        for body in &near.bodies {
+            if self.body_count == self.near_bodies.len() {
+                self.near_bodies.push(BodyTile { body: body.body, values: vec![0.0; Self::NODE_COUNT] });
+            }
+            let tile = &mut self.near_bodies[self.body_count];
+            tile.body = body.body;
+            field.grid.load_from(|slot| body.block(&field.total, slot), block, first, NODES as i32, &mut tile.values);
+            self.body_count += usize::from(tile.values.iter().any(|&v| v > 0.0));
+        }
+        // One alone has all clay.
+        if self.body_count == 1 {
+            self.body_count = 0;
+        }
+    }
+
+    fn load_sheets(&mut self, field: &Field, (block, first): (IVec3, IVec3), near: &Near<'_>) {
+        self.sheet_count = 0;
+        for sheet in &near.sheets {
+            if self.body_count > 0 && self.body(sheet.body).is_none() {
+                continue;
+            }
+            if self.sheet_count == self.sheets.len() {
+                let values = || vec![0.0; Self::NODE_COUNT];
+                self.sheets.push(SheetTile { body: 0, sheet: 0, front: values(), back: values() });
+            }
+            let tile = &mut self.sheets[self.sheet_count];
+            (tile.body, tile.sheet) = (if self.body_count > 0 { sheet.body } else { 0 }, sheet.sheet);
+            field.grid.load(&sheet.front, block, first, NODES as i32, &mut tile.front);
+            field.grid.load(&sheet.back, block, first, NODES as i32, &mut tile.back);
+            self.sheet_count += 1;
+        }
+    }
+
+    /// Whether neither a cut nor another body is near: cells have one body then, and edges one vertex.
     pub(crate) fn is_plain(&self) -> bool {
-        self.sheet_count == 0
+        self.sheet_count == 0 && self.body_count == 0
+    }
+
+    fn body(&self, body: u32) -> Option<&BodyTile> {
+        self.near_bodies[..self.body_count].iter().find(|tile| tile.body == body)
+    }
+
+    /// The clay of a body, which is all there is to it.
+    fn whole(&self, body: u32) -> &[f32] {
+        self.body(body).map_or(&self.total, |tile| &tile.values)
+    }
+
+    /// Rule 0.
+    fn body_at(&self, node: usize) -> u32 {
+        let tiles = &self.near_bodies[..self.body_count];
+        let none = (if tiles.is_empty() { 0 } else { NOBODY }, 0.0);
+        let greater =
+            |best: (u32, f32), tile: &BodyTile| if tile.values[node] > best.1 { (tile.body, tile.values[node]) } else { best };
+        tiles.iter().fold(none, greater).0
     }
 
     fn label_node(&mut self, node: usize) {
-        let total = self.total[node];
-        let sheets = &self.sheets[..self.sheet_count];
+        let body = self.body_at(node);
+        let total = self.whole(body)[node];
+        let sheets = self.sheets[..self.sheet_count].iter().filter(|sheet| sheet.body == body);
         let owner = |whole: f32, sheet: &SheetTile| self.rules.owner(whole, sheet.front[node], sheet.back[node]);
         let (mut least, mut is_near) = (total, false);
-        for sheet in sheets {
+        for sheet in sheets.clone() {
             is_near |= sheet.front[node] + sheet.back[node] > 0.0;
             match owner(total, sheet) {
                 0 => {}
                 side => least = least.min(self.value_on(sheet, node, side)),
             }
         }
-        let (mut label, mut own) = (Label::default(), total);
-        for sheet in sheets.iter().filter(|_| is_near) {
+        let (mut label, mut own) = (Label::of_body(body), total);
+        for sheet in sheets.filter(|_| is_near) {
             let side = owner(least, sheet);
             if side != 0 && label.push(sheet.sheet, side) {
                 let value = self.value_on(sheet, node, side);
@@ -143,23 +216,30 @@ impl<const NODES: usize> CellTile<NODES> {
 
     fn value_on(&self, sheet: &SheetTile, node: usize, side: i8) -> f32 {
         let (front, back) = (sheet.front[node], sheet.back[node]);
-        self.rules.side_value(self.total[node], front + back, if side > 0 { back } else { front })
+        self.rules.side_value(self.whole(sheet.body)[node], front + back, if side > 0 { back } else { front })
     }
 
-    /// Value of a side of a sheet at a node, whoever owns the node.
-    fn side_value(&self, node: usize, sheet: u8, side: i8) -> f32 {
-        self.sheet(sheet).map_or(self.total[node], |tile| self.value_on(tile, node, side))
+    /// Value of a side of a body's sheet at a node, whoever owns the node.
+    fn side_value(&self, node: usize, (body, sheet): (u32, u8), side: i8) -> f32 {
+        self.sheet(body, sheet).map_or_else(|| self.whole(body)[node], |tile| self.value_on(tile, node, side))
     }
 
-    /// Least value at a node of the sides that `label` names, but for sheets that part it from `across`.
+    /// Least value at a node of the sides that `label` names, and of its body.
+    fn value_seen(&self, node: usize, label: Label) -> f32 {
+        let value = |(sheet, side)| self.side_value(node, (label.body, sheet), side);
+        label.owners().map(value).fold(self.whole(label.body)[node], f32::min)
+    }
+
+    /// [`Self::value_seen`], but for sheets that part the label from `across`, which is of the same body.
     fn value_beside(&self, node: usize, label: Label, across: Label) -> f32 {
         let is_parting = |sheet: u8| label.parting(across).any(|s| s == sheet);
         let sides = label.owners().filter(|o| !is_parting(o.0));
-        sides.fold(self.total[node], |least, (sheet, side)| least.min(self.side_value(node, sheet, side)))
+        let value = |(sheet, side)| self.side_value(node, (label.body, sheet), side);
+        sides.map(value).fold(self.whole(label.body)[node], f32::min)
     }
 
-    fn sheet(&self, sheet: u8) -> Option<&SheetTile> {
-        self.sheets[..self.sheet_count].iter().find(|tile| tile.sheet == sheet)
+    fn sheet(&self, body: u32, sheet: u8) -> Option<&SheetTile> {
+        self.sheets[..self.sheet_count].iter().find(|tile| (tile.body, tile.sheet) == (body, sheet))
     }
 
     fn find_bodies(&mut self) {
@@ -240,7 +320,8 @@ impl<const NODES: usize> CellTile<NODES> {
     ///
     /// - Ends of one side, or no lip there: where the own value is the threshold.
     /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean
-    ///   of several. They coincide, until the clay opens by more than the edge.
+    ///   of several, or to where two bodies have as much clay. They coincide, until the clay opens by more
+    ///   than the edge.
     /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the
     ///   nearest to the kept end.
     pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
@@ -262,19 +343,26 @@ impl<const NODES: usize> CellTile<NODES> {
     }
 
     /// Zero of (P - M) / (P + M) from `a` on towards `b`, nodes that a sheet owns from opposite sides.
-    fn sheet_crossing(&self, sheet: u8, a: usize, b: usize) -> f64 {
-        let Some(tile) = self.sheet(sheet) else { return 0.5 };
-        let q = |n: usize| f64::from(tile.front[n] - tile.back[n]) / f64::from(tile.front[n] + tile.back[n]);
-        let t = q(a) / (q(a) - q(b));
-        // Owned from opposite sides with P = M at both: 0 / 0.
-        if t.is_finite() { t } else { 0.5 }
+    fn sheet_crossing(&self, (body, sheet): (u32, u8), a: usize, b: usize) -> f64 {
+        let Some(tile) = self.sheet(body, sheet) else { return 0.5 };
+        zero_between((&tile.front, &tile.back), a, b)
     }
 
-    /// Where both lips stand between two inside nodes: the mean over the sheets that part them.
+    /// [`Self::sheet_crossing`] of two bodies, the one that has `a` and the one that has `b`.
+    fn body_crossing(&self, a: usize, b: usize) -> f64 {
+        zero_between((self.whole(self.labels[a].body), self.whole(self.labels[b].body)), a, b)
+    }
+
+    /// Where both lips stand between two inside nodes: the mean over the sheets that part them, if it is not
+    /// two bodies that meet there.
     fn pinned_crossing(&self, low: usize, high: usize) -> f64 {
+        let (label, across) = (self.labels[low], self.labels[high]);
+        if label.is_of_other_body(across) {
+            return self.body_crossing(low, high);
+        }
         let (mut sum, mut count) = (0.0, 0.0);
-        for sheet in self.labels[low].parting(self.labels[high]) {
-            sum += self.sheet_crossing(sheet, low, high);
+        for sheet in label.parting(across) {
+            sum += self.sheet_crossing((label.body, sheet), low, high);
             count += 1.0;
         }
         if count > 0.0 { sum / count } else { 0.5 }
@@ -286,9 +374,14 @@ impl<const NODES: usize> CellTile<NODES> {
         if !label.is_parted_from(across) {
             return self.crossing_of(self.own[kept], self.own[other]);
         }
+        if label.is_of_other_body(across) {
+            let (a, b) = (self.value_seen(kept, label), self.value_seen(other, label));
+            return if b <= self.iso { self.crossing_of(a, b) } else { self.body_crossing(kept, other) };
+        }
         let mut nearest = 1.0f64;
         for sheet in label.parting(across) {
             let side = label.owners().find(|o| o.0 == sheet).map_or(0, |o| o.1);
+            let sheet = (label.body, sheet);
             let (a, b) = (self.side_value(kept, sheet, side), self.side_value(other, sheet, side));
             let is_free = a > self.iso && b <= self.iso;
             nearest = nearest.min(if is_free { self.crossing_of(a, b) } else { self.sheet_crossing(sheet, kept, other) });
@@ -323,8 +416,9 @@ impl<const NODES: usize> CellTile<NODES> {
         if self.rules.method == CutMethod::Equation9 {
             return Self::slope_of(node, |n| self.own[n]);
         }
-        let mut owners = label.owners().filter_map(|(sheet, side)| Some((self.sheet(sheet)?, side)));
-        let Some((first, side)) = owners.next() else { return Self::slope_of(node, |n| self.total[n]) };
+        let mut owners = label.owners().filter_map(|(sheet, side)| Some((self.sheet(label.body, sheet)?, side)));
+        let whole = self.whole(label.body);
+        let Some((first, side)) = owners.next() else { return Self::slope_of(node, |n| whole[n]) };
         let rest: Vec<_> = owners.collect();
         let value =
             |n: usize| rest.iter().fold(self.value_on(first, n, side), |least, (s, side)| least.min(self.value_on(s, n, *side)));
@@ -375,8 +469,17 @@ pub(crate) fn position(field: &Field, node: IVec3, axis: usize, t: f64) -> [f32;
     world.as_vec3().to_array()
 }
 
-fn is_near(grid: &BlockGrid, values: &NodeValues, block: IVec3) -> bool {
-    neighbours().filter_map(|d| grid.slot(block + d)).any(|slot| values.block(slot).is_some())
+/// Whether what is at some slots is at a block or one beside it.
+fn is_near(grid: &BlockGrid, block: IVec3, is_at: impl Fn(usize) -> bool) -> bool {
+    neighbours().filter_map(|d| grid.slot(block + d)).any(is_at)
+}
+
+/// Zero of (p - m) / (p + m) between two nodes.
+fn zero_between((p, m): (&[f32], &[f32]), a: usize, b: usize) -> f64 {
+    let q = |n: usize| f64::from(p[n] - m[n]) / f64::from(p[n] + m[n]);
+    let t = q(a) / (q(a) - q(b));
+    // p = m at both: 0 / 0.
+    if t.is_finite() { t } else { 0.5 }
 }
 
 fn inside_of(corners: &[Label; 8]) -> u8 {

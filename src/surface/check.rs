@@ -1,6 +1,7 @@
 //! What can be wrong with a mesh, counted.
 
-use super::mesh::{DisjointSets, Mesh};
+use super::mesh::Mesh;
+use crate::sim::disjoint::DisjointSets;
 
 /// Defects and topology of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 //! by the number of their edge, so the mesh is the same for any number of threads.
 
 use super::caps::FaceView;
-use super::cells::{BlockTile, CellTile, VARIANTS, position, sheets_near};
+use super::cells::{BlockTile, CellTile, Near, VARIANTS, position};
 use super::field::{Field, SurfaceSettings};
 use super::grid::BLOCK;
 use super::labels::{CutMethod, Rules};
@@ -16,11 +16,11 @@ use crate::sim::frame::SurfaceSource;
 use glam::IVec3;
 use rayon::prelude::*;
 
-/// The surface of the clay: closed and oriented, with two lips at each cut.
+/// The surface of the clay: closed and oriented, each body by itself, with two lips at each cut.
 ///
 /// Lips of a cut coincide until the clay opens; [`separate`](super::stitch::separate) makes a manifold of it
 /// for export. Memory is at most 6 KiB per block of 8^3 nodes near a particle, and twice as much again for
-/// each cut that passes it.
+/// each cut that passes it, as much for each of several bodies near it.
 pub fn extract(source: &SurfaceSource, settings: &SurfaceSettings) -> Mesh {
     let field = Field::of_particles(source, settings);
     extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals)
@@ -40,7 +40,7 @@ pub fn extract_by(field: &Field, iso: f32, rules: &Rules, normals: bool) -> Mesh
         .par_iter()
         .map_init(new, |(tile, places), &block| {
             let mut mesh = BlockMesh::default();
-            if tile.load(field, (block, IVec3::ZERO), sheets_near(field, block)) {
+            if tile.load(field, (block, IVec3::ZERO), &Near::new(field, block)) {
                 Block { field, block, tile, places, normals, mesh: &mut mesh }.run();
             }
             mesh

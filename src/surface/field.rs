@@ -4,7 +4,7 @@
 //! Equation 9 with volumes: `f_i = sum_p w_p B(x_i - x_p)` with B the quadratic B-spline of one cell, `w_p`
 //! the particle's present volume in cells, so that `f` = 1 inside clay and 1/2 on its surface. P and M of a
 //! cut are the same sums over the particles in front of and behind it alone; a particle counts at both of its
-//! cuts.
+//! cuts. So is the clay of each body, where others are near (`bodies`).
 //!
 //! Particles that stand free weigh more: `w_p *= max(1, 0.65 / rho_p)^a` with
 //! `rho_p = sum_i f_i B(x_i - x_p)` on the cell grid. A flat surface keeps its place, and small clusters keep
@@ -15,14 +15,17 @@
 //! lattice between the grid's nodes, and one separable filter per block then does the refinement and the blur
 //! together, exactly.
 
+use super::bodies::{BodyField, body_fields};
 use super::clusters::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};
+use crate::sim::cut::JOINT_SHEET;
 use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Spacing of the visual grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -126,7 +129,9 @@ pub struct Field {
     pub(crate) grid: BlockGrid,
     /// f: all clay.
     pub(crate) total: NodeValues,
-    /// The cuts with clay on both sides, by sheet number.
+    /// The bodies, by number; none of clay of one body.
+    pub(crate) bodies: Vec<BodyField>,
+    /// The cuts with clay on both sides, by body and sheet number.
     pub(crate) sheets: Vec<SheetField>,
     /// World position of node 0 \[m\].
     pub(crate) origin: DVec3,
@@ -137,6 +142,8 @@ pub struct Field {
 /// The clay at one cut.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetField {
+    /// The body that it cuts.
+    pub(crate) body: u32,
     /// Sheet number, from 1.
     pub(crate) sheet: u8,
     /// P: clay in front.
@@ -150,7 +157,8 @@ pub(crate) fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)>
     let [a, b, c, d] = particle.tags.to_le_bytes();
     // The size of a side is a counter of the engine's.
     let tags = [(a, b.cast_signed().signum()), (c, d.cast_signed().signum())];
-    let is_tag = move |k: &usize| tags[*k].0 != 0 && tags[*k].1 != 0 && (*k == 0 || tags[1].0 != tags[0].0 || tags[0].1 == 0);
+    let is_side = move |k: usize| tags[k].0 != 0 && tags[k].0 != JOINT_SHEET && tags[k].1 != 0;
+    let is_tag = move |k: &usize| is_side(*k) && (*k == 0 || tags[1].0 != tags[0].0 || tags[0].1 == 0);
     (0..2).filter(is_tag).map(move |k| tags[k])
 }
 
@@ -195,10 +203,13 @@ impl Field {
         let bins = Bins::new(points(scale, lattice.shift), lattice.reach());
         let total = filter.apply(&bins.grid, &bins.scatter(&bins.whole(), &weights));
         let scattered = |part: &Part| filter.apply(&bins.grid, &bins.scatter(part, &weights));
-        let sheet =
-            |(sheet, [front, back]): (u8, [Part; 2])| SheetField { sheet, front: scattered(&front), back: scattered(&back) };
+        let sheet = |((body, sheet), [front, back]): ((u32, u8), [Part; 2])| {
+            let [front, back] = [scattered(&front), scattered(&back)];
+            SheetField { body, sheet, front, back }
+        };
         let sheets = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
-        let field = Self { grid: bins.grid, total, sheets, origin: domain.origin, spacing };
+        let bodies = body_fields(particles, &bins, &weights, &lattice);
+        let field = Self { grid: bins.grid, total, bodies, sheets, origin: domain.origin, spacing };
         if !finds_grains {
             return (field, Vec::new());
         }
@@ -218,33 +229,39 @@ impl Field {
     pub fn is_still(&self, earlier: &Self) -> bool {
         let is_same_room =
             (self.origin, self.spacing, self.sheets.len()) == (earlier.origin, earlier.spacing, earlier.sheets.len());
+        let bodies = || self.bodies.iter().zip(&earlier.bodies);
         let is_still = |a: &NodeValues, b: &NodeValues| a.is_within(b, HYSTERESIS);
         let sheets = || self.sheets.iter().zip(&earlier.sheets);
         is_same_room
             && self.grid.blocks() == earlier.grid.blocks()
             && is_still(&self.total, &earlier.total)
-            && sheets().all(|(a, b)| a.sheet == b.sheet && is_still(&a.front, &b.front) && is_still(&a.back, &b.back))
+            && self.bodies.len() == earlier.bodies.len()
+            && bodies().all(|(a, b)| a.is_where(b) && is_still(&a.values, &b.values))
+            && sheets().all(|(a, b)| {
+                (a.body, a.sheet) == (b.body, b.sheet) && is_still(&a.front, &b.front) && is_still(&a.back, &b.back)
+            })
     }
 
     /// The greatest difference of a node's value to that of another field of the same lattice, in any of f, P
-    /// and M.
+    /// and M, and in the clay of any body.
     #[doc(hidden)]
     pub fn greatest_difference(&self, other: &Self) -> f32 {
         let blocks = self.grid.blocks().iter().chain(other.grid.blocks());
         let nodes = || (0..BLOCK_NODES).map(node_in_block);
         let none = NodeValues::default();
-        let of = |field: &Self, sheet: u8| field.sheets.iter().position(|s| s.sheet == sheet);
+        let of = |field: &Self, key: (u32, u8)| field.sheets.iter().position(|s| (s.body, s.sheet) == key);
         let mut greatest = 0.0f32;
         for block in blocks {
             for node in nodes().map(|n| *block * BLOCK + n) {
-                let mut compare = |a: &NodeValues, b: &NodeValues| {
-                    greatest = greatest.max((self.grid.value(a, node) - other.grid.value(b, node)).abs());
-                };
-                compare(&self.total, &other.total);
-                for sheet in self.sheets.iter().chain(&other.sheets).map(|s| s.sheet) {
+                let apart = |a: &NodeValues, b: &NodeValues| (self.grid.value(a, node) - other.grid.value(b, node)).abs();
+                greatest = greatest.max(apart(&self.total, &other.total));
+                for body in self.bodies.iter().chain(&other.bodies).map(|b| b.body) {
+                    greatest = greatest.max((self.body_value(body, node) - other.body_value(body, node)).abs());
+                }
+                for sheet in self.sheets.iter().chain(&other.sheets).map(|s| (s.body, s.sheet)) {
                     let [a, b] = [of(self, sheet).map(|k| &self.sheets[k]), of(other, sheet).map(|k| &other.sheets[k])];
-                    compare(a.map_or(&none, |s| &s.front), b.map_or(&none, |s| &s.front));
-                    compare(a.map_or(&none, |s| &s.back), b.map_or(&none, |s| &s.back));
+                    greatest = greatest.max(apart(a.map_or(&none, |s| &s.front), b.map_or(&none, |s| &s.front)));
+                    greatest = greatest.max(apart(a.map_or(&none, |s| &s.back), b.map_or(&none, |s| &s.back)));
                 }
             }
         }
@@ -303,9 +320,10 @@ impl Field {
             NodeValues::new(grid.blocks().len(), |_| true, fill_block)
         };
         let number = |i: usize| u8::try_from(i + 1).expect("sheets are numbered from 1 to 255");
-        let sheet = |(i, (p, m)): (usize, (&[f32], &[f32]))| SheetField { sheet: number(i), front: fill(p), back: fill(m) };
+        let sheet =
+            |(i, (p, m)): (usize, (&[f32], &[f32]))| SheetField { body: 0, sheet: number(i), front: fill(p), back: fill(m) };
         let sheets = sides.into_iter().enumerate().map(sheet).collect();
-        Self { total: fill(total), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
+        Self { total: fill(total), bodies: Vec::new(), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
     /// Low and high corner \[m\] of the box of the nodes where f is above `threshold`, and a node more on every
@@ -325,7 +343,8 @@ impl Field {
     /// Bytes of the node values.
     pub fn memory(&self) -> usize {
         let sheets = self.sheets.iter().flat_map(|s| [&s.front, &s.back]);
-        std::iter::once(&self.total).chain(sheets).map(NodeValues::memory).sum()
+        let bodies = self.bodies.iter().map(|b| &b.values);
+        std::iter::once(&self.total).chain(bodies).chain(sheets).map(NodeValues::memory).sum()
     }
 }
 
@@ -340,21 +359,21 @@ fn joined(a: (IVec3, IVec3), b: (IVec3, IVec3)) -> (IVec3, IVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// The particles in front of and behind each cut that has both, by sheet number.
-fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> Vec<(u8, [Part; 2])> {
+/// The particles in front of and behind each cut that has both, by the body that it cuts and sheet number.
+fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> BTreeMap<(u32, u8), [Part; 2]> {
+    let mut parts: BTreeMap<(u32, u8), [Part; 2]> = BTreeMap::new();
     if particles.iter().all(|p| p.tags == 0) {
-        return Vec::new();
+        return parts;
     }
-    let mut parts: Vec<[Part; 2]> = Vec::new();
-    parts.resize_with(256, Default::default);
     for (bin, &p) in bins.particles_by_bin() {
         let particle = &particles[p as usize];
         if particle.tags != 0 {
-            tags(particle).for_each(|(sheet, side)| parts[usize::from(sheet)][usize::from(side < 0)].push(bin, p));
+            let mut add = |(sheet, side)| parts.entry((particle.body, sheet)).or_default()[usize::from(side < 0)].push(bin, p);
+            tags(particle).for_each(&mut add);
         }
     }
-    let is_cut = |(_, [front, back]): &(u8, [Part; 2])| !front.is_empty() && !back.is_empty();
-    (0..=u8::MAX).zip(parts).filter(is_cut).collect()
+    parts.retain(|_, [front, back]| !front.is_empty() && !back.is_empty());
+    parts
 }
 
 /// Clay around each particle, on the cell grid; 0 for those left out.
@@ -404,12 +423,17 @@ impl Filter {
     }
 
     fn apply(&self, grid: &BlockGrid, raw: &NodeValues) -> NodeValues {
+        self.apply_in(grid, raw, |_| true)
+    }
+
+    /// [`Self::apply`] in the slots for which `is_stored` holds alone.
+    pub(crate) fn apply_in(&self, grid: &BlockGrid, raw: &NodeValues, is_stored: impl Fn(usize) -> bool + Sync) -> NodeValues {
         let has_source =
             |slot: usize| neighbours().any(|d| grid.slot(grid.blocks()[slot] + d).is_some_and(|s| raw.block(s).is_some()));
         let size = BLOCK as usize + self.taps.len() - 1;
         NodeValues::new(
             grid.blocks().len(),
-            |slot| !raw.is_empty() && has_source(slot),
+            |slot| !raw.is_empty() && is_stored(slot) && has_source(slot),
             |slot, out| {
                 let mut tile = vec![0.0; size * size * size];
                 grid.load(raw, grid.blocks()[slot], IVec3::splat(self.first), size as i32, &mut tile);

@@ -56,9 +56,14 @@ impl BlockGrid {
 
     /// The value at a node; 0 where none is stored.
     pub(crate) fn value(&self, values: &NodeValues, node: IVec3) -> f32 {
+        self.value_from(|slot| values.block(slot), node)
+    }
+
+    /// [`Self::value`] of values that stand in `blocks`, by slot.
+    pub(crate) fn value_from<'a>(&self, blocks: impl Fn(usize) -> Option<&'a [f32]>, node: IVec3) -> f32 {
         let block = node.map(|i| i.div_euclid(BLOCK));
         let at = node - block * BLOCK;
-        let stored = self.slot(block).and_then(|slot| values.block(slot));
+        let stored = self.slot(block).and_then(blocks);
         stored.map_or(0.0, |v| v[(at.x + BLOCK * (at.y + BLOCK * at.z)) as usize])
     }
 
@@ -72,6 +77,18 @@ impl BlockGrid {
     /// Copies the nodes `first..first + size` around `block`'s low corner into `tile` (x fastest); nodes not
     /// stored are 0. The range must stay within the block and its neighbours.
     pub(crate) fn load(&self, values: &NodeValues, block: IVec3, first: IVec3, size: i32, tile: &mut [f32]) {
+        self.load_from(|slot| values.block(slot), block, first, size, tile);
+    }
+
+    /// [`Self::load`] of values that stand in `blocks`, by slot.
+    pub(crate) fn load_from<'a>(
+        &self,
+        blocks: impl Fn(usize) -> Option<&'a [f32]>,
+        block: IVec3,
+        first: IVec3,
+        size: i32,
+        tile: &mut [f32],
+    ) {
         tile.fill(0.0);
         let reach = |first: i32, d: i32| (first.max(BLOCK * d), (first + size).min(BLOCK * (d + 1)));
         for d in neighbours() {
@@ -79,7 +96,7 @@ impl BlockGrid {
             if x0 >= x1 || y0 >= y1 || z0 >= z1 {
                 continue;
             }
-            let Some(source) = self.slot(block + d).and_then(|slot| values.block(slot)) else { continue };
+            let Some(source) = self.slot(block + d).and_then(&blocks) else { continue };
             for z in z0..z1 {
                 for y in y0..y1 {
                     let from = ((x0 & 7) + BLOCK * ((y & 7) + BLOCK * (z & 7))) as usize;

@@ -4,6 +4,10 @@
 //! With f the clay around a node, and P and M that of it in front of and behind a sheet (each particle counts
 //! at both of its cuts):
 //!
+//! 0. **Body of a node**: the one with most clay around it, the lowest number of equal ones; none without
+//!    clay. Its clay alone is what f means below, and its cuts are the only ones: a body ends at another as
+//!    at the other side of a cut right through, and knows nothing of what is beyond. To clay of one body its
+//!    number means nothing.
 //! 1. **Owner of a node at a sheet**: none if P + M <= f / 2; else the front if P >= M, else the back. More
 //!    than half, and not any trace: with a small share clay far from the cut counts as one of its sides.
 //!    Where other sheets own the node, f / 2 is half of the least of their owners' values (2): a cut may end
@@ -16,17 +20,18 @@
 //! 3. **Own value**: f times v / f for each of the node's sides' values v. **Inside**: own value above the
 //!    threshold. A product, and not the least of them: where cuts cross, the edges of the pieces are blunt
 //!    then. Sharp ones come apart into crumbs on the grid (in 41 of 400 crossings; none with the product).
-//! 4. **A sheet parts two nodes** if it owns them from opposite sides. In a cell, inside nodes that no sheet
-//!    parts are of one body, and so are those that they join: where untouched clay stands beside both sides,
-//!    the crack front passes, and the cut parts nothing there. Empty nodes join nothing: if they did, they
-//!    would bridge the cut along the free surface.
-//! 5. **Emission**: each cell once per body, with that body's nodes inside.
-//! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies in each of its four
+//! 4. **Two nodes are parted** if they are of different bodies, or if a sheet owns them from opposite sides.
+//!    In a cell, inside nodes that are not parted are of one body of the cell ([`Bodies`], not to be taken
+//!    for those of the clay), and so are those that they join: where untouched clay stands beside both
+//!    sides, the crack front passes, and the cut parts nothing there. Empty nodes join nothing: if they did,
+//!    they would bridge the cut along the free surface.
+//! 5. **Emission**: each cell once per body of it, with that body's nodes inside.
+//! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies of each of its four
 //!    cells. A split edge has one vertex per end that is kept, all others have one that bodies share. So lips
 //!    are welded at the crack front.
 //! 7. **Place of a vertex**: see `CellTile::crossing`. **Caps**: see `caps.rs`.
 //!
-//! Rules 1 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in
+//! Rules 0 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in
 //! common see them alike, whatever else they hold, and so their meshes agree on their faces.
 
 use serde::{Deserialize, Serialize};
@@ -98,33 +103,46 @@ fn blend(share: f32) -> f32 {
     if x.is_nan() { 0.0 } else { x * x * (3.0 - 2.0 * x) }
 }
 
-/// Who owns a node: bit 0 inside; then for each cut, by sheet number, 9 bits: side (front 1), sheet.
+/// The body of nodes without clay.
+pub(crate) const NOBODY: u32 = u32::MAX;
+
+/// Who owns a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Label(u32);
+pub(crate) struct Label {
+    /// Bit 0 inside; then for each cut, by sheet number, 9 bits: side (front 1), sheet.
+    word: u32,
+    /// Number of its body, or [`NOBODY`]; 0 throughout where no two bodies are near.
+    pub(crate) body: u32,
+}
 
 impl Label {
+    /// That of a node of a body that no cut owns.
+    pub(crate) fn of_body(body: u32) -> Self {
+        Self { word: 0, body }
+    }
+
     /// Adds a sheet that owns the node; false if there is no room for it.
     pub(crate) fn push(&mut self, sheet: u8, owner: i8) -> bool {
         let Some(k) = (0..CUTS_MAX).find(|&k| self.word(k) == 0) else { return false };
-        self.0 |= (u32::from(sheet) << 1 | u32::from(owner > 0)) << (1 + 9 * k);
+        self.word |= (u32::from(sheet) << 1 | u32::from(owner > 0)) << (1 + 9 * k);
         true
     }
 
     pub(crate) fn set_inside(&mut self) {
-        self.0 |= 1;
+        self.word |= 1;
     }
 
     pub(crate) fn is_inside(self) -> bool {
-        self.0 & 1 == 1
+        self.word & 1 == 1
     }
 
-    /// Whether the same sides of the same cuts own both nodes.
+    /// Whether both nodes are of one body and the same sides of the same cuts own them.
     pub(crate) fn has_owners_of(self, other: Self) -> bool {
-        self.0 >> 1 == other.0 >> 1
+        self.body == other.body && self.word >> 1 == other.word >> 1
     }
 
     fn word(self, k: usize) -> u32 {
-        self.0 >> (1 + 9 * k) & 0x1ff
+        self.word >> (1 + 9 * k) & 0x1ff
     }
 
     /// The sheets that own the node, and from which side.
@@ -133,12 +151,17 @@ impl Label {
         (0..CUTS_MAX).map(move |k| self.word(k)).take_while(|&w| w != 0).map(owner)
     }
 
-    /// Whether a sheet parts two nodes.
-    pub(crate) fn is_parted_from(self, other: Self) -> bool {
-        self.parting(other).next().is_some()
+    /// Whether two nodes are of different bodies.
+    pub(crate) fn is_of_other_body(self, other: Self) -> bool {
+        self.body != other.body && self.body != NOBODY && other.body != NOBODY
     }
 
-    /// The sheets that part two nodes.
+    /// Whether two nodes are parted.
+    pub(crate) fn is_parted_from(self, other: Self) -> bool {
+        self.is_of_other_body(other) || self.parting(other).next().is_some()
+    }
+
+    /// The sheets that part two nodes of one body.
     pub(crate) fn parting(self, other: Self) -> impl Iterator<Item = u8> {
         // Words differ in the side alone.
         let is_parting = move |w: &u32| (0..CUTS_MAX).any(|k| other.word(k) == w ^ 1);
@@ -226,6 +249,20 @@ mod tests {
         labels[7] = Label::default();
         assert_eq!(Bodies::new(&labels, 0x7f).masks(0x7f).count(), 2);
         assert_eq!(Bodies::new(&labels, 0xff).masks(0x7f).count(), 1, "the variant in which empty nodes join");
+    }
+
+    /// Bodies part a cell with and without cuts; empty nodes are of none.
+    #[test]
+    fn bodies_part_a_cell() {
+        let of = |body: u32, owners: &[(u8, i8)]| Label { body, ..label(owners) };
+        let cell = |labels: [Label; 8], mask: u8| Bodies::new(&labels, mask).masks(mask).collect::<Vec<_>>();
+        let labels = std::array::from_fn(|i| of(if i & 1 == 1 { 5 } else { 0 }, &[]));
+        assert_eq!(cell(labels, 0xff), [0x55, 0xaa]);
+        assert!(labels[0].is_parted_from(labels[1]) && !labels[0].is_parted_from(Label::of_body(NOBODY)));
+        // A cut in one of them, which is the other's by number only.
+        let labels =
+            std::array::from_fn(|i| if i & 1 == 1 { of(5, &[(3, 1)]) } else { of(0, &[(3, if i & 2 == 2 { 1 } else { -1 })]) });
+        assert_eq!(cell(labels, 0xff), [0x11, 0xaa, 0x44]);
     }
 
     /// Two crossing sheets make four bodies; where one meets the other from above, three; where it ends just

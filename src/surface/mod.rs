@@ -2,8 +2,8 @@
 //!
 //! | stage      | takes               | makes                                     | equation            |
 //! |------------|---------------------|-------------------------------------------|---------------------|
-//! | [`field`]  | surface particles   | f, and P, M of each cut, on visual nodes  | Eq. 9, by volume    |
-//! | [`extract`]| f, P, M             | closed mesh, cuts with two lips           | two-sided MC        |
+//! | [`field`]  | surface particles   | f, each body's, P, M of each cut, by node | Eq. 9, by volume    |
+//! | [`extract`]| f, P, M             | closed meshes of bodies, cuts' two lips   | two-sided MC        |
 //! | [`ray`]    | f, P, M, a ray      | where it meets that mesh                  | two-sided MC        |
 //! | [`stitch`] | mesh                | manifold bodies for export                | -                   |
 //!
@@ -27,7 +27,7 @@
 //!     let world = at * 0.002 - 0.04;
 //!     if world.length() < 0.02 {
 //!         let position = domain.to_grid(world).as_vec3().to_array();
-//!         particles.push(SurfaceParticle { position, volume_ratio: 1.0, density_weight: 0.125, tags: 0 });
+//!         particles.push(SurfaceParticle { position, volume_ratio: 1.0, density_weight: 0.125, ..Default::default() });
 //!     }
 //! }
 //! let mesh = extract(&SurfaceSource { domain, particles: particles.into() }, &SurfaceSettings::default());
@@ -37,6 +37,7 @@
 //! ```
 
 mod balls;
+mod bodies;
 mod caps;
 mod cells;
 pub mod check;

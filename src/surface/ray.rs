@@ -10,9 +10,9 @@
 //! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so
 //! narrow that f stays above the threshold, it passes as if the clay were whole.
 
-use super::cells::{OneCellTile, sheets_near};
+use super::cells::{Near, OneCellTile};
 use super::extract::{EdgeEnd, triangles};
-use super::field::{Field, SheetField, SurfaceSettings};
+use super::field::{Field, SurfaceSettings};
 use super::grid::BLOCK;
 use super::labels::Rules;
 use glam::{DVec3, IVec3, Vec3};
@@ -49,16 +49,16 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
         if field.grid.slot(block).is_none() {
             continue;
         }
-        let sheets: Vec<&SheetField> = sheets_near(field, block).collect();
+        let near = Near::new(field, block);
         for (cell, _) in Walk::new(line, 1, (block * BLOCK, (block + 1) * BLOCK), from).into_iter().flatten() {
             let corners = (0..8).map(|i| cell + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
             let inside = corners.filter(|&node| field.grid.value(&field.total, node) > iso).count();
             is_within &= inside == 8;
             // A side's value is f at most: where f is below the threshold, all values are.
-            if inside == 0 || is_within || (inside == 8 && sheets.is_empty()) {
+            if inside == 0 || is_within || (inside == 8 && near.is_empty()) {
                 continue;
             }
-            if !tile.load(field, (block, cell - block * BLOCK), sheets.iter().copied()) {
+            if !tile.load(field, (block, cell - block * BLOCK), &near) {
                 continue;
             }
             if let Some((distance, normal)) = line.first_front(&tile, cell) {

@@ -46,6 +46,20 @@ impl Part {
     pub(crate) fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
+
+    /// Its particles in each bin.
+    pub(crate) fn bins(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        self.bins.iter().map(|(bin, range)| (*bin, &self.order[range.clone()]))
+    }
+
+    /// Those in bins for which `is_kept` holds.
+    pub(crate) fn within(&self, is_kept: impl Fn(u32) -> bool) -> Self {
+        let mut part = Self::default();
+        for (bin, particles) in self.bins().filter(|(bin, _)| is_kept(*bin)) {
+            particles.iter().for_each(|p| part.push(bin, *p));
+        }
+        part
+    }
 }
 
 /// First node of the stencil of a particle: floor(point - 1/2), for points from -1/2 on. Truncation instead
@@ -103,6 +117,16 @@ impl Bins {
     /// Every particle with the number of its block among those in use.
     pub(crate) fn particles_by_bin(&self) -> impl Iterator<Item = (u32, &u32)> {
         (0..self.occupied.len()).flat_map(|bin| self.particles(bin).iter().map(move |p| (bin as u32, p)))
+    }
+
+    /// The block of a bin.
+    pub(crate) fn block_of_bin(&self, bin: u32) -> IVec3 {
+        self.occupied[bin as usize].0
+    }
+
+    /// The blocks, first and last, that `margin` reaches about some particles of a bin.
+    pub(crate) fn reach(&self, particles: &[u32], margin: (i32, i32)) -> (IVec3, IVec3) {
+        reach(particles, &self.points, margin)
     }
 
     /// All particles.
@@ -165,6 +189,13 @@ impl Bins {
     }
 }
 
+/// The blocks, first and last, that `margin` reaches about the stencils' first nodes.
+fn reach(particles: &[u32], points: &[Vec3], margin: (i32, i32)) -> (IVec3, IVec3) {
+    let bases = particles.iter().map(|&p| stencil_base(points[p as usize]));
+    let (first, last) = bases.fold((IVec3::MAX, IVec3::MIN), |(a, b), n| (a.min(n), b.max(n)));
+    ((first - margin.0).map(|i| i.div_euclid(BLOCK)), (last + margin.1).map(|i| i.div_euclid(BLOCK)))
+}
+
 /// The blocks within `margin` of the stencils' first nodes.
 fn grid_with_margin(
     (low, extent): (IVec3, IVec3),
@@ -173,14 +204,8 @@ fn grid_with_margin(
     points: &[Vec3],
     margin: (i32, i32),
 ) -> BlockGrid {
-    let reaches: Vec<(IVec3, IVec3)> = occupied
-        .par_iter()
-        .map(|(_, range)| {
-            let bases = order[range.clone()].iter().map(|&p| stencil_base(points[p as usize]));
-            let (first, last) = bases.fold((IVec3::MAX, IVec3::MIN), |(a, b), n| (a.min(n), b.max(n)));
-            ((first - margin.0).map(|i| i.div_euclid(BLOCK)), (last + margin.1).map(|i| i.div_euclid(BLOCK)))
-        })
-        .collect();
+    let reaches: Vec<(IVec3, IVec3)> =
+        occupied.par_iter().map(|(_, range)| reach(&order[range.clone()], points, margin)).collect();
     let mut is_stored = vec![false; extent.as_usizevec3().element_product()];
     for (first, last) in reaches {
         for z in first.z..=last.z {

@@ -4,7 +4,8 @@
 //! The extractor's mesh is closed and oriented, but where a crack ends its lips can share an edge, and lips
 //! that coincide may enclose nothing at all. [`print_ready`] repairs both and reports it.
 
-use super::mesh::{DisjointSets, Mesh};
+use super::mesh::Mesh;
+use crate::sim::disjoint::DisjointSets;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 

@@ -61,7 +61,9 @@ pub(super) fn window(
 
 /// Rows that have no room are scrolled.
 pub(super) fn scrolled(ui: &mut egui::Ui, room: egui::Rect, rows: impl FnOnce(&mut egui::Ui)) {
-    egui::ScrollArea::vertical().max_height(room.height() - TITLE).show(ui, rows);
+    let height = room.height() - TITLE;
+    // By itself what scrolls takes no more than a window's first height.
+    egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, rows);
 }
 
 /// A row of name and value.

@@ -230,12 +230,12 @@ fn fit(drawn: &Drawn, entity: Entity, made: &mut HashMap<Entity, Made>, count: u
         drawn.told().status = Some(status);
     }
     let room = fitting.map_or_else(|| SurfaceRoom::for_particles(count as usize), |m| m.surface.room());
-    let needs_more = status.filter(|s| s.flags & (flag::BLOCKS_FULL | flag::SHEETS_FULL) != 0);
+    let needs_more = status.filter(|s| s.flags & (flag::BLOCKS_FULL | flag::SHEETS_FULL | flag::BODIES_FULL) != 0);
     let grown = needs_more.map_or(room, |status| room.grown(&status));
     if fitting.is_none() || grown != room {
         made.insert(entity, Made::new(drawn, count, grown).map_err(|e| e.to_string())?);
     } else if needs_more.is_some() {
-        return Err("the clay has more cuts, or takes more room, than a surface on the device can have".into());
+        return Err("the clay has more cuts or bodies, or takes more room, than a surface on the device can have".into());
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 use crate::sim::snapshot::{Particle, Snapshot, Tag};
 
 /// Words of 32 bits of a particle beside its id.
-const WORDS: usize = 17;
+const WORDS: usize = 18;
 
 /// The clay at one time, canonical: clay of equal bits has equal bits here, in whatever order its particles
 /// are.
@@ -70,19 +70,20 @@ fn words_of(particle: &Particle) -> [u32; WORDS] {
         tags,
         anchors: _,
         walls,
+        body,
     } = particle;
     let mut words = [0; WORDS];
     words[..3].copy_from_slice(&cell.map(i32::cast_unsigned));
     words[3..6].copy_from_slice(&offset.map(f32::to_bits));
     words[6..12].copy_from_slice(&elastic_strain.map(f32::to_bits));
-    let rest = [hardening.to_bits(), structure.to_bits(), rest_volume.to_bits(), bytemuck::cast(*tags), *walls];
+    let rest = [hardening.to_bits(), structure.to_bits(), rest_volume.to_bits(), bytemuck::cast(*tags), *walls, *body];
     words[12..].copy_from_slice(&rest);
     words
 }
 
 /// The particle that [`words_of`] is of, at rest.
 fn particle_of(id: u32, words: [u32; WORDS]) -> Particle {
-    let [x, y, z, u, v, w, xx, yy, zz, xy, xz, yz, hardening, structure, rest_volume, tags, walls] = words;
+    let [x, y, z, u, v, w, xx, yy, zz, xy, xz, yz, hardening, structure, rest_volume, tags, walls, body] = words;
     Particle {
         cell: [x, y, z].map(u32::cast_signed),
         offset: [u, v, w].map(f32::from_bits),
@@ -96,5 +97,6 @@ fn particle_of(id: u32, words: [u32; WORDS]) -> Particle {
         tags: bytemuck::cast::<u32, [Tag; 2]>(tags),
         anchors: Default::default(),
         walls,
+        body,
     }
 }

@@ -7,7 +7,7 @@ use super::layout::{FIELDS, Status, Total};
 use super::params::Params;
 use super::pass::Id;
 use super::tool::GpuTool;
-use super::wgsl::{SCAN_CHUNK, WORKGROUP};
+use super::wgsl::{SCAN_CHUNK, WORKGROUP, cut_words};
 use crate::sim::frame::SurfaceParticle;
 use crate::sim::snapshot::Particle;
 use glam::IVec3;
@@ -98,9 +98,9 @@ fn node_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes) * 64 * 32
 }
 
-/// Bytes of the keys of each block's tagged classes and of these classes' masses at its nodes.
+/// Bytes of the keys of each block's classes and of these classes' masses at its nodes.
 fn cut_bytes(size: NodeSize) -> u64 {
-    u64::from(size.slots) * u64::from(size.classes - 1) * 65 * 4
+    u64::from(size.slots) * words(cut_words(size.classes))
 }
 
 /// Bytes of the tools' poses in one submission.

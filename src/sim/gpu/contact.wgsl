@@ -1,6 +1,7 @@
-// Contact at a node: blades, the fields that kept cuts divide.
+// Contact at a node: blades, the fields that kept cuts divide, bodies.
 
-// A field is the clay that is beyond the same divisions, DIVISIONS_MAX at most, from their owners' sides.
+// A field is the clay of one body that is beyond the same divisions, DIVISIONS_MAX at most, from their
+// owners' sides.
 const NO_BLADE: u32 = 0xffffffffu;
 
 // A sheet that divides a node: the side with which clay moves that has none, and the blade, if one divides it
@@ -12,7 +13,8 @@ struct Node {
     division_count: u32,
     divisions: array<Division, DIVISIONS_MAX>,
     leader: array<u32, CLASSES>, // first class of the field in which a class moves
-    beyond: array<u32, CLASSES>, // divisions that a class is beyond, a bit each
+    place: array<u32, CLASSES>, // of a class: its body, then the divisions that it is beyond, a bit each
+    has_fields: bool, // whether there may be more than one
     mass: array<f32, CLASSES>,
     v: array<vec3f, CLASSES>,
     pushed: vec3f, // impulse of blades on the node
@@ -36,10 +38,9 @@ fn next_sheet(slot: u32, near_dividers: u32, last: u32) -> u32 {
     for (var c = 1u; c < CLASSES; c++) {
         let key = key_at(slot, c);
         if key == 0u { break; }
-        let a = key >> 17u;
-        let b = (key & 0xffffu) >> 1u;
-        if a > last { next = min(next, a); }
-        if b > last { next = min(next, b); }
+        let sheets = sheets_of(key);
+        if sheets.x > last { next = min(next, sheets.x); }
+        if sheets.y > last { next = min(next, sheets.y); }
     }
     for (var t = 0u; t < params.tool_count; t++) {
         if (near_dividers & (1u << t)) == 0u { continue; }
@@ -49,7 +50,8 @@ fn next_sheet(slot: u32, near_dividers: u32, last: u32) -> u32 {
     return select(next, 0u, next == 256u);
 }
 
-// Whether a sheet divides the node: in its blade's band, or where most of the mass is tagged by it.
+// Whether a sheet divides the node: in its blade's band, or where most of the mass is tagged by it, but for
+// that of bodies without a side of it.
 fn division_by(sheet: u32, slot: u32, n: vec3i, near_dividers: u32, sums_: Sums) -> Division {
     for (var t = 0u; t < params.tool_count; t++) {
         if (near_dividers & (1u << t)) == 0u { continue; }
@@ -63,13 +65,28 @@ fn division_by(sheet: u32, slot: u32, n: vec3i, near_dividers: u32, sums_: Sums)
     var front = 0.0;
     var back = 0.0;
     var all_ = 0.0;
-    for (var c = 0u; c < CLASSES; c++) {
-        let side = side_of(key_at(slot, c), sheet);
+    var of_body = 0.0;
+    var is_tagged = false;
+    var body = body_of(key_at(slot, 1u));
+    // The classes of a body stand together, the first body's last.
+    for (var i = 1u; i <= CLASSES; i++) {
+        let c = i % CLASSES;
+        let key = key_at(slot, c);
+        if c > 0u && key == 0u { continue; }
+        if body_of(key) != body {
+            all_ += select(0.0, of_body, is_tagged);
+            of_body = 0.0;
+            is_tagged = false;
+            body = body_of(key);
+        }
+        let side = side_of(key, sheet);
         let mass = sums_.c[c].w;
-        all_ += mass;
+        of_body += mass;
+        is_tagged = is_tagged || (side != 0 && mass > 0.0);
         if side > 0 { front += mass; }
         if side < 0 { back += mass; }
     }
+    all_ += select(0.0, of_body, is_tagged);
     let is_split = front + back > 0.5 * all_;
     return Division(select(0u, sheet, is_split), select(-1, 1, front >= back), NO_BLADE, 0.0, vec3f(0.0));
 }
@@ -91,21 +108,23 @@ fn divide(node: ptr<function, Node>, slot: u32, n: vec3i, near_dividers: u32, su
         for (var i = 0u; i < (*node).division_count; i++) {
             beyond |= u32(side_of(key, (*node).divisions[i].sheet) == -(*node).divisions[i].owner) << i;
         }
-        (*node).beyond[c] = beyond;
+        let place = (body_of(key) << DIVISIONS_MAX) | beyond;
+        (*node).place[c] = place;
         (*node).leader[c] = c;
         for (var a = 0u; a < c; a++) {
-            if (*node).beyond[a] == beyond {
+            if (*node).place[a] == place {
                 (*node).leader[c] = a;
                 break;
             }
         }
+        (*node).has_fields = (*node).has_fields || (*node).leader[c] == c;
     }
 }
 
 // The side of division i on which a field is.
-fn field_side(node: ptr<function, Node>, i: u32, beyond: u32) -> i32 {
+fn field_side(node: ptr<function, Node>, i: u32, place: u32) -> i32 {
     let owner = (*node).divisions[i].owner;
-    return select(owner, -owner, ((beyond >> i) & 1u) == 1u);
+    return select(owner, -owner, ((place >> i) & 1u) == 1u);
 }
 
 // What blade t takes from the node: each field is bounded by it where it reaches beyond it; a sticking one
@@ -121,7 +140,7 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i, slot: u32, k: u32)
         if (*node).divisions[i].blade != t { continue; }
         for (var f = 0u; f < CLASSES; f++) {
             if (*node).leader[f] != f { continue; }
-            let sign_ = f32(field_side(node, i, (*node).beyond[f]));
+            let sign_ = f32(field_side(node, i, (*node).place[f]));
             let normal = sign_ * (*node).divisions[i].normal;
             let distance_ = sign_ * (*node).divisions[i].distance;
             if sticks(tool) {
@@ -135,15 +154,20 @@ fn against_blade(node: ptr<function, Node>, t: u32, n: vec3i, slot: u32, k: u32)
     return taken;
 }
 
-// How field b faces field a: across the one cut between them, or both of two; without a normal where a blade
-// stands between them, which acts on both.
+// How the field in place b faces that in place a: across the one cut between them, or both of two, or from
+// body to body; without a normal where a blade stands between them, which acts on both.
 fn pair_facing(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> Facing {
+    for (var i = 0u; i < (*node).division_count; i++) {
+        let is_between = (((a ^ b) >> i) & 1u) == 1u;
+        if is_between && (*node).divisions[i].blade != NO_BLADE { return Facing(vec3f(0.0), 0.0); }
+    }
+    let bodies = vec2u(a, b) >> vec2u(DIVISIONS_MAX);
+    if bodies.x != bodies.y { return facing_at(n, Between(0u, bodies.x, bodies.y)); }
     var sum = vec3f(0.0);
     var gap = -3.0;
     for (var i = 0u; i < (*node).division_count; i++) {
         if (((a ^ b) >> i) & 1u) == 0u { continue; }
-        if (*node).divisions[i].blade != NO_BLADE { return Facing(vec3f(0.0), 0.0); }
-        let facing = cut_facing(n, (*node).divisions[i].sheet);
+        let facing = facing_at(n, Between((*node).divisions[i].sheet, 0u, 0u));
         if all(facing.normal == vec3f(0.0)) { return facing; }
         sum += f32(field_side(node, i, b)) * facing.normal;
         gap = max(gap, facing.gap);
@@ -169,24 +193,27 @@ fn exchange(node: ptr<function, Node>, a: u32, b: u32, facing: Facing) {
     (*node).v[a] -= impulse / masses.x;
 }
 
-// All pairs of fields in the order of what they are beyond.
+// All pairs of fields in the order of their places.
 fn exchange_all(node: ptr<function, Node>, n: vec3i) {
-    for (var b = 1u; b < (1u << (*node).division_count); b++) {
-        let to = field_beyond(node, b);
-        if to == CLASSES { continue; }
-        for (var a = 0u; a < b; a++) {
-            let from_ = field_beyond(node, a);
-            if from_ == CLASSES { continue; }
-            let facing = pair_facing(node, n, a, b);
-            if any(facing.normal != vec3f(0.0)) { exchange(node, from_, to, facing); }
+    if !(*node).has_fields { return; }
+    let first = field_from(node, 0u);
+    for (var b = first; b != CLASSES; b = field_from(node, (*node).place[b] + 1u)) {
+        for (var a = first; a != b; a = field_from(node, (*node).place[a] + 1u)) {
+            let facing = pair_facing(node, n, (*node).place[a], (*node).place[b]);
+            if any(facing.normal != vec3f(0.0)) { exchange(node, a, b, facing); }
         }
     }
 }
 
-// The field with mass that is beyond these divisions; CLASSES if there is none.
-fn field_beyond(node: ptr<function, Node>, beyond: u32) -> u32 {
+// The first field with mass whose place is this or a later one; CLASSES if there is none.
+fn field_from(node: ptr<function, Node>, place: u32) -> u32 {
+    var next = CLASSES;
+    var least = 0xffffffffu;
     for (var f = 0u; f < CLASSES; f++) {
-        if (*node).leader[f] == f && (*node).beyond[f] == beyond && (*node).mass[f] > 0.0 { return f; }
+        let here = (*node).place[f];
+        if (*node).leader[f] != f || (*node).mass[f] <= 0.0 || here < place || here >= least { continue; }
+        next = f;
+        least = here;
     }
-    return CLASSES;
+    return next;
 }

@@ -1,21 +1,31 @@
-// How the two sides of a kept cut face each other at a node.
+// How the two sides of a kept cut, or two bodies, face each other at a node.
 
-// Folded masses at a node, in any block, of the clay in front of a sheet and behind it.
-fn masses_about(n: vec3i, sheet: u32) -> vec2f {
+// What two fields stand on either side of: a sheet, or, of sheet 0, two bodies.
+struct Between { sheet: u32, back: u32, front: u32 }
+
+// On which side of it the clay of a class is: 1 front, -1 back, 0 neither.
+fn side_between(key: u32, between: Between) -> i32 {
+    if between.sheet != 0u { return side_of(key, between.sheet); }
+    return i32(body_of(key) == between.front) - i32(body_of(key) == between.back);
+}
+
+// Folded masses at a node, in any block, of the clay in front and behind.
+fn masses_about(n: vec3i, between: Between) -> vec2f {
     var m = vec2f(0.0);
     let slot = slot_of(n);
     if slot == 0u { return m; }
-    for (var c = 1u; c < CLASSES; c++) {
+    for (var c = 0u; c < CLASSES; c++) {
         let key = key_at(slot - 1u, c);
-        if key == 0u { break; }
-        let side = side_of(key, sheet);
+        if c > 0u && key == 0u { break; }
+        let side = side_between(key, between);
+        if side == 0 { continue; }
         let mass = bitcast<f32>(cuts[masses_place(slot - 1u, c, local_index(n))]);
         m += vec2f(select(0.0, mass, side > 0), select(0.0, mass, side < 0));
     }
     return m;
 }
 
-// How the two sides of a cut face each other: the unit normal, from back to front, 0 where there is none, and
+// How two sides face each other: the unit normal, from back to front, 0 where there is none, and
 // the gap along it [cells].
 struct Facing { normal: vec3f, gap: f32 }
 
@@ -26,9 +36,9 @@ fn face_distance(centre: f32) -> f32 {
     return ((high * c + FACE_DISTANCE_3) * c + FACE_DISTANCE_4) * c + FACE_DISTANCE_5;
 }
 
-// That of a kept cut at a node, whose normal is the slope of the front's share of the tagged mass, fitted to
-// the nodes about it, or the way from the back's centre to the front's (`cut::facing`).
-fn cut_facing(n: vec3i, sheet: u32) -> Facing {
+// That at a node, whose normal is the slope of the front's share of the mass on both sides, fitted to the
+// nodes about it, or the way from the back's centre to the front's (`cut::facing`).
+fn facing_at(n: vec3i, between: Between) -> Facing {
     var weight = 0.0;
     var share_sum = 0.0;
     var offset_sum = vec3f(0.0);
@@ -38,7 +48,7 @@ fn cut_facing(n: vec3i, sheet: u32) -> Facing {
     var back = vec4f(0.0);
     for (var i = 0; i < 27; i++) {
         let o = vec3i(i / 9, (i / 3) % 3, i % 3) - 1;
-        let m = masses_about(n + o, sheet);
+        let m = masses_about(n + o, between);
         let offset = vec3f(o);
         let off = abs(o);
         let near = 1.0 / f32(1u << u32(off.x + off.y + off.z));
@@ -71,5 +81,6 @@ fn cut_facing(n: vec3i, sheet: u32) -> Facing {
     let normal = along / size;
     let d = vec2f(face_distance(dot(centres[0], normal)), face_distance(-dot(centres[1], normal)));
     let off = 0.5 * (d.x - d.y);
-    return Facing(normal, d.x + d.y + GAP_ALLOWANCE * off * off);
+    let more_ = select(GAP_ALLOWANCE * off * off, -BODY_NEARNESS, between.sheet == 0u);
+    return Facing(normal, d.x + d.y + more_);
 }

@@ -2,7 +2,7 @@
 //! and time they belong to.
 
 use super::super::engine::{Deferred, StatePromise};
-use super::super::frame::SurfaceSource;
+use super::super::frame::{SurfaceParticle, SurfaceSource};
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::snapshot::{Forecast, Particle, Snapshot};
@@ -28,12 +28,27 @@ pub(super) struct Ended {
 pub(super) enum Held {
     Loaded(Vec<Particle>),
     Device(Readback),
+    /// Read back, and changed since.
+    Found {
+        records: Vec<Particle>,
+        surface: Vec<SurfaceParticle>,
+    },
+}
+
+impl Held {
+    /// The staging, for another frame.
+    pub(super) fn recycled(self) -> Option<Readback> {
+        match self {
+            Self::Device(readback) => Some(readback.recycle()),
+            Self::Loaded(_) | Self::Found { .. } => None,
+        }
+    }
 }
 
 impl Ended {
     pub(super) fn snapshot(&self) -> Snapshot {
         let particles = match &self.held {
-            Held::Loaded(particles) => particles.clone(),
+            Held::Loaded(records) | Held::Found { records, .. } => records.clone(),
             Held::Device(readback) => readback.records(),
         };
         Snapshot { domain: self.domain, material: self.material, time: self.time, forecasts: Some(self.forecasts), particles }
@@ -43,6 +58,7 @@ impl Ended {
         let particles = match &self.held {
             Held::Loaded(particles) => particles.iter().map(|p| surface_particle(p, self.domain.cell_width)).collect(),
             Held::Device(readback) => readback.surface(),
+            Held::Found { surface, .. } => surface.clone(),
         };
         SurfaceSource { domain: self.domain, particles: Arc::new(particles) }
     }
@@ -83,10 +99,7 @@ pub(super) fn answer(state: &Arc<Ended>, promises: Vec<StatePromise>) {
 
 /// The staging of something that nobody reads any more.
 pub(super) fn spare(ended: Arc<Ended>) -> Option<Readback> {
-    match Arc::into_inner(ended)?.held {
-        Held::Device(readback) => Some(readback.recycle()),
-        Held::Loaded(_) => None,
-    }
+    Arc::into_inner(ended)?.held.recycled()
 }
 
 /// A copy of the state that no frame makes.

@@ -96,14 +96,14 @@ impl Solver {
     }
 
     /// Keeps what came back of the frame that has just been reported, as far as it was asked for.
-    pub(super) fn hand_out(&mut self, readback: Readback, outputs: FrameOutputs, promises: Vec<StatePromise>) {
+    pub(super) fn hand_out(&mut self, held: Held, outputs: FrameOutputs, promises: Vec<StatePromise>) {
         let gives_state = outputs.state || !promises.is_empty();
         if !outputs.surface && !gives_state {
-            self.spare = Some(readback.recycle());
+            self.spare = held.recycled().or_else(|| self.spare.take());
             return;
         }
         let (domain, material, time, frame) = (self.domain, self.material, self.time, self.reported);
-        let ended = Ended { domain, material, time, frame, forecasts: self.next_forecasts(), held: Held::Device(readback) };
+        let ended = Ended { domain, material, time, frame, forecasts: self.next_forecasts(), held };
         let ended = Arc::new(ended);
         if outputs.surface {
             let before = std::mem::replace(&mut self.handed.surface, ended.clone());

@@ -40,7 +40,7 @@ macro_rules! words {
 }
 
 /// Where a record, a [`Particle`] of a snapshot, has its fields.
-pub(super) const RECORD: [(&str, u32); 13] = words!(Particle as "RECORD_WORDS" {
+pub(super) const RECORD: [(&str, u32); 14] = words!(Particle as "RECORD_WORDS" {
     cell = "RECORD_CELL",
     offset = "RECORD_OFFSET",
     velocity = "RECORD_VELOCITY",
@@ -53,14 +53,16 @@ pub(super) const RECORD: [(&str, u32); 13] = words!(Particle as "RECORD_WORDS" {
     tags = "RECORD_TAGS",
     anchors = "RECORD_ANCHORS",
     walls = "RECORD_WALLS",
+    body = "RECORD_BODY",
 });
 
 /// Where a [`SurfaceParticle`] has its fields.
-pub(crate) const SURFACE_PARTICLE: [(&str, u32); 5] = words!(SurfaceParticle as "SURFACE_PARTICLE_WORDS" {
+pub(crate) const SURFACE_PARTICLE: [(&str, u32); 6] = words!(SurfaceParticle as "SURFACE_PARTICLE_WORDS" {
     position = "SURFACE_PARTICLE_POSITION",
     volume_ratio = "SURFACE_PARTICLE_VOLUME_RATIO",
     density_weight = "SURFACE_PARTICLE_DENSITY_WEIGHT",
     tags = "SURFACE_PARTICLE_TAGS",
+    body = "SURFACE_PARTICLE_BODY",
 });
 
 /// A struct that host and device share.
@@ -144,8 +146,12 @@ twins! {
         pub crowded: u32 = "atomic<u32>",
         /// sides of cuts that grew together
         pub welded: u32 = "atomic<u32>",
+        /// those among them that grew together with another body
+        pub joined: u32 = "atomic<u32>",
         /// sides of cuts that clay took from the clay about it
         pub carried: u32 = "atomic<u32>",
+        /// greatest number of a body
+        pub body_max: u32 = "atomic<u32>",
         /// that particles have a side of, a bit each
         pub sheets: [u32; 8] = "array<atomic<u32>, 8>",
         /// what each tool did

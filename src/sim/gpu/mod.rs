@@ -11,6 +11,7 @@
 //! | `kernels`  | pipelines, each a `kernel`                                               |
 //! | `scales`   | fixed-point scales, how often particles are re-binned                    |
 //! | `solver`   | frames under way, redo, growth                                           |
+//! | `found`    | bodies told apart at a frame's end                                       |
 //! | `handed`   | surfaces and states that frames have handed out; `handout`: when                |
 //! | `readback` | what comes back, without waiting; `stamps`: device times                 |
 //! | `report`   | sums -> a frame's report                                                 |
@@ -23,6 +24,7 @@
 mod buffers;
 mod device;
 mod encode;
+mod found;
 mod handed;
 mod handout;
 pub(crate) mod kernel;
@@ -145,7 +147,7 @@ impl GpuLink {
         })
     }
 
-    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 24 bytes
+    /// The surface particles on the device ([`SurfaceParticle`](super::frame::SurfaceParticle), 28 bytes
     /// each), and how many: as they were loaded, and from then on at the end of the last frame that the
     /// device has run. Passes that are recorded after this engine's in a frame see what these make of them.
     pub fn surface_particles(&self) -> Option<(wgpu::Buffer, u32)> {

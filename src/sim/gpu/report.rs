@@ -1,14 +1,16 @@
 //! Sums that came back from the device -> a frame's report, in f64 and SI.
 
+use super::super::cut::JOINT_SHEET;
 use super::super::frame::{FramePlan, FrameReport, SurfaceParticle, ToolReport};
 use super::super::health::Health;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
-use super::super::snapshot::{Forecast, Particle};
+use super::super::snapshot::{Forecast, Particle, Tag};
 use super::super::sums::ParticleSums;
 use super::super::support::Support;
 use super::layout::{Status, Total, flag};
 use super::params::centre;
+use super::wgsl::CLASSES;
 use glam::{DMat3, DVec3, IVec3};
 
 /// Adds up the workgroups' partial sums of a frame with substeps of `dt` \[s\] over `count` particles of
@@ -72,6 +74,18 @@ pub(super) fn start_sums(domain: &Domain, particles: &[Particle]) -> ParticleSum
     s
 }
 
+/// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is
+/// exact.
+pub(super) fn mass_unit(domain: &Domain) -> f64 {
+    (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
+}
+
+/// How many classes of clay the passes have to know at least for these particles.
+pub(super) fn classes_of(particles: &[Particle]) -> u32 {
+    let is_apart = |p: &Particle| p.body != 0 || p.tags.iter().any(|tag| tag.side != 0);
+    CLASSES[usize::from(particles.iter().any(is_apart))]
+}
+
 /// Greatest mass of a particle, in mass units.
 pub(super) fn mass_max(particles: &[Particle], mass_unit: f64) -> f64 {
     particles.iter().map(|p| f64::from(p.rest_volume) / mass_unit).fold(1e-6, f64::max)
@@ -103,9 +117,10 @@ pub(super) fn forecast(material: &ClayMaterial, domain: &Domain, particles: &[Pa
 pub(super) fn add_status(report: &mut FrameReport, plan: &FramePlan, status: &Status) {
     report.speed_max = status.speed.into();
     report.clamped = status.clamped.into();
-    (report.welded, report.carried) = (status.welded.into(), status.carried.into());
+    (report.welded, report.joined, report.carried) = (status.welded.into(), status.joined.into(), status.carried.into());
+    report.body_max = status.body_max;
     let has = |sheet: &u8| status.sheets[usize::from(sheet / 32)] >> (sheet % 32) & 1 == 1;
-    report.sheets = (1..=u8::MAX).filter(has).collect();
+    report.sheets = (1..=u8::MAX).filter(|sheet| *sheet != JOINT_SHEET && has(sheet)).collect();
     if status.crowded != 0 {
         report.health.insert(Health::CROWDED);
     }
@@ -179,15 +194,20 @@ pub(super) fn has_loose_clay(plan: &FramePlan, blocks: &[u32], status: &Status) 
     Some(support.has_loose())
 }
 
+/// Tags as the device has them.
+pub(super) fn packed_tags([first, second]: [Tag; 2]) -> u32 {
+    u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()])
+}
+
 /// What the surface needs of a particle.
 #[expect(clippy::cast_possible_truncation, reason = "the surface is f32")]
 pub(super) fn surface_particle(p: &Particle, cell_width: f64) -> SurfaceParticle {
-    let [first, second] = p.tags;
     SurfaceParticle {
         position: std::array::from_fn(|d| p.cell[d] as f32 + p.offset[d]),
         volume_ratio: p.volume_ratio() as f32,
         density_weight: (f64::from(p.rest_volume) / cell_width.powi(3)) as f32,
-        tags: u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()]),
+        tags: packed_tags(p.tags),
+        body: p.body,
     }
 }
 

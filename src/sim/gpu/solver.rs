@@ -102,7 +102,7 @@ pub(super) struct Solver {
     /// The records that hold the end of the last reported frame.
     pub(super) source: usize,
     pub(super) clears_flags: bool,
-    /// Classes of clay that may meet in one place: 1 until a particle can have a side.
+    /// Classes of clay that may meet in one place: 1 until a particle can have a side or be of another body.
     pub(super) classes: u32,
     pub(super) mass_unit: f64,
     /// Greatest mass of a particle, in mass units.
@@ -132,12 +132,6 @@ pub(super) struct Solver {
     pub(super) unsubmitted: Option<usize>,
 }
 
-/// Rest volume of mass 1 [m^3]: the power of two at or below an eighth of a cell, so that scaling by it is
-/// exact.
-fn mass_unit(domain: &Domain) -> f64 {
-    (domain.cell_width.powi(3) / 8.0).log2().floor().exp2()
-}
-
 impl Solver {
     /// Puts `particles`, finite and inside the domain's room, on the device.
     ///
@@ -152,16 +146,15 @@ impl Solver {
         quarantined: Vec<u32>,
     ) -> Result<Self, GpuError> {
         let domain = snapshot.domain;
-        let has_cuts = particles.iter().flat_map(|p| p.tags).any(|t| t.side != 0);
         let count = u32::try_from(particles.len()).unwrap_or(u32::MAX);
-        let classes = CLASSES[usize::from(has_cuts)];
+        let classes = super::report::classes_of(&particles);
         let size = NodeSize { slots: buffers::slot_capacity(buffers::block_count(&particles)), classes, tools: 1 };
         buffers::check_limits(&device.limits(), count, &domain, size)?;
         let made = guarded(device, "the clay's buffers", || Buffers::new(device, count, &domain, size))?;
         queue.write_buffer(&made.records[0], 0, bytemuck::cast_slice(&particles));
         let surface: Vec<_> = particles.iter().map(|p| super::report::surface_particle(p, domain.cell_width)).collect();
         queue.write_buffer(&made.surface, 0, bytemuck::cast_slice(&surface));
-        let mass_unit = mass_unit(&domain);
+        let mass_unit = super::report::mass_unit(&domain);
         let mass_max = super::report::mass_max(&particles, mass_unit);
         let forecasts =
             snapshot.forecasts.unwrap_or_else(|| [super::report::forecast(&snapshot.material, &domain, &particles, mass_max); 2]);
@@ -258,7 +251,8 @@ impl Solver {
         self.frames.push_back(frame);
     }
 
-    /// Encodes the next submission, if there is anything to run. At most two frames are encoded at a time.
+    /// Encodes the next submission, if there is anything to run. At most two frames are encoded at a
+    /// time.
     ///
     /// # Errors
     /// A plan that asks for more than the device has.
@@ -266,7 +260,7 @@ impl Solver {
         if self.is_doomed() {
             return Ok(false);
         }
-        let Some(index) = self.frames.iter().take(2).position(|f| !f.is_encoded()) else {
+        let Some(index) = self.frames.iter().take(self.frames_ahead()).position(|f| !f.is_encoded()) else {
             return Ok(self.frames.is_empty() && self.encode_copy(encoder, 0));
         };
         self.make_room(index)?;
@@ -306,8 +300,7 @@ impl Solver {
         frame.done += part.steps;
         if part.ends {
             frame.promises.append(&mut self.requests);
-            let mut outputs = frame.plan.outputs;
-            outputs.state |= !frame.promises.is_empty();
+            let outputs = frame.read_back();
             let spare = self.spare.take().filter(|r| r.fits(&self.buffers, outputs));
             let readback = spare.unwrap_or_else(|| Readback::new(&self.device, &self.buffers, outputs));
             readback.copy(encoder, &self.buffers, 1 - source, self.stamps.as_ref());
@@ -419,7 +412,8 @@ impl Solver {
         self.sums = sums;
         self.material = frame.plan.material;
         report.bytes_read_back = readback.bytes();
-        self.hand_out(readback, frame.plan.outputs, frame.promises);
+        let held = self.find_bodies(readback, &frame.plan, &mut report);
+        self.hand_out(held, frame.plan.outputs, frame.promises);
         Some(report)
     }
 

@@ -4,7 +4,7 @@ const POSITION: u32 = 0u; // offset from the cell's low corner [cells], packed c
 const VELOCITY: u32 = 1u; // [cells/substep], packed tags
 const AFFINE: u32 = 2u; // 3 columns of C h; w: mass, working, plastic strain since volumes were last averaged
 const STRAIN: u32 = 5u; // xx yy zz xy | xz yz, hardening, index of the particle's record
-const STRESS: u32 = 7u; // scaled: xx yy zz xy | xz yz, walls that it touches or has arrived at, unused
+const STRESS: u32 = 7u; // scaled: xx yy zz xy | xz yz, walls that it touches or has arrived at, its body
 const WAY: u32 = 9u; // of the last substep [cells], 0; from `penalty` to `g2p` velocity that tools give, and 1 or, from FRESH on, what is lost of the strength
 const ANCHORS: u32 = FIELDS - ANCHORS_MAX; // while tools press: place in a tool's frame [cells], its id + 1
 
@@ -46,15 +46,19 @@ fn place_of(tags: u32, sheet: u32) -> u32 {
 fn side_code(tag: u32) -> u32 {
     let side = (tag >> 8u) & 255u;
     let sheet = tag & 255u;
-    return select((sheet << 1u) | u32(side < 128u), 0u, side == 0u || sheet == 0u);
+    return select((sheet << 1u) | u32(side < 128u), 0u, side == 0u || sheet == 0u || sheet == JOINT_SHEET);
 }
 
-// On which sides of which cuts, from the packed tags (sheet, side, sheet, side): the codes of both, the
-// higher sheet first; 0 near no cut.
-fn key_of(tags: u32) -> u32 {
+fn body_at(i: u32) -> u32 {
+    return bitcast<u32>(state[at(STRESS + 1u, i)].w);
+}
+
+// Of which body and on which sides of which cuts, from the packed tags (sheet, side, sheet, side): the body,
+// then the codes of both sides in 9 bits each, the higher sheet first; 0 for the first body near no cut.
+fn key_of(body: u32, tags: u32) -> u32 {
     if CLASSES == 1u { return 0u; }
     let a = side_code(tags & 0xffffu);
     let b = side_code(tags >> 16u);
-    if (a >> 1u) == (b >> 1u) { return a << 16u; }
-    return (max(a, b) << 16u) | min(a, b);
+    let sides = select((max(a, b) << 9u) | min(a, b), a << 9u, (a >> 1u) == (b >> 1u));
+    return (body << 18u) | sides;
 }

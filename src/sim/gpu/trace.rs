@@ -1,10 +1,11 @@
 //! Nodes read back after one substep, waiting for the device: for tests of single passes.
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::super::engine::{Engine, EngineError};
 use super::super::frame::FramePlan;
 use super::super::snapshot::{Snapshot, Tag};
 use super::super::trace::TracedNode;
+use super::wgsl::cut_words;
 use super::{GpuDevice, GpuEngine, lock};
 use bytemuck::{Pod, pod_collect_to_vec};
 use glam::{DVec3, IVec3};
@@ -29,6 +30,7 @@ impl GpuEngine {
         let velocities: Vec<[f32; 4]> = read(device, &buffers.velocities)?;
         let blocks: Vec<u32> = read(device, &buffers.blocks)?;
         let classes = buffers.size.classes as usize;
+        let stride = cut_words(buffers.size.classes) as usize;
         let cuts: Vec<u32> = if classes > 1 { read(device, &buffers.cuts)? } else { vec![] };
         let mass_unit = density * solver.mass_unit();
         let speed_unit = snapshot.domain.cell_width / dt;
@@ -36,7 +38,7 @@ impl GpuEngine {
         for (slot, block) in blocks.iter().enumerate().take(status[0].slot_count as usize) {
             let low = IVec3::new((block & 1023) as i32, (block >> 10 & 1023) as i32, (block >> 20) as i32) * 4;
             for class in 0..classes {
-                let packed = if class == 0 { 0 } else { cuts[slot * (classes - 1) * 65 + class - 1] };
+                let packed = if class == 0 { 0 } else { cuts[slot * stride + class - 1] };
                 if class > 0 && packed == 0 {
                     continue;
                 }
@@ -59,10 +61,10 @@ impl GpuEngine {
     }
 }
 
-/// The key that a block's list holds packed: a code of sheet and front for each of two sides.
-fn key_of(packed: u32) -> CutKey {
+/// The key that a block's list holds packed: the body, and a code of sheet and front for each of two sides.
+fn key_of(packed: u32) -> ClassKey {
     let tag = |code: u32| Tag { sheet: (code >> 1) as u8, side: if code == 0 { 0 } else { 2 * (code & 1) as i8 - 1 } };
-    CutKey::of([tag(packed >> 16), tag(packed & 0xffff)])
+    ClassKey::new(packed >> 18, [tag(packed >> 9 & 0x1ff), tag(packed & 0x1ff)])
 }
 
 /// A buffer's content.

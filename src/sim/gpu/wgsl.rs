@@ -2,7 +2,9 @@
 //! directives.
 
 use super::super::carry::{CARRY_COSINE, CARRY_SHARE};
-use super::super::cut::{FACE_DISTANCE, GAP_ALLOWANCE, NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN};
+use super::super::cut::{
+    BODY_NEARNESS, FACE_DISTANCE, GAP_ALLOWANCE, JOINT_SHEET, NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN,
+};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::Wall;
@@ -24,9 +26,14 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Numbers that one workgroup of a prefix sum takes.
 pub(super) const SCAN_CHUNK: u32 = 1024;
 
-/// Classes of clay in one block's reach that passes are compiled for: without cuts, about one (none, front,
-/// back), about two that cross, and about three (19) with some room.
+/// Classes of clay in one block's reach that passes are compiled for: of one body without cuts, about one cut
+/// (none, front, back) or of three bodies, about two cuts that cross, and about three (19) with some room.
 pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
+
+/// Words of a block's classes: the keys of all but class 0, and the masses of all at its nodes.
+pub(super) fn cut_words(classes: u32) -> u32 {
+    if classes > 1 { classes - 1 + 64 * classes } else { 0 }
+}
 
 /// The whole text of `pass` for so many [classes](CLASSES) of clay.
 pub(super) fn compose(pass: &Pass, classes: u32) -> String {
@@ -44,6 +51,7 @@ fn constants(classes: u32) -> String {
     let counts = [
         ("WORKGROUP", WORKGROUP),
         ("CLASSES", classes),
+        ("CUT_WORDS", cut_words(classes)),
         ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
         ("TOOLS_MAX", TOOLS_MAX),
         ("PROFILES_MAX", PROFILES_MAX),
@@ -58,6 +66,7 @@ fn constants(classes: u32) -> String {
         ("CAPACITY", flag::CAPACITY),
         ("CROWDED", flag::CROWDED),
         ("PLATE_SHEET", PLATE_SHEET.into()),
+        ("JOINT_SHEET", JOINT_SHEET.into()),
         ("WELD_PARTS", WELD_PARTS as u32),
         ("DIVISIONS_MAX", DIVISIONS_MAX),
         ("FLOW_STEPS", FLOW_STEPS),
@@ -78,6 +87,7 @@ fn constants(classes: u32) -> String {
         ("EJECTION_SPEED", EJECTION_SPEED),
         ("FOUND_DEPTH", FOUND_DEPTH),
         ("GAP_ALLOWANCE", GAP_ALLOWANCE),
+        ("BODY_NEARNESS", BODY_NEARNESS),
         ("MEETING_SHARE", MEETING_SHARE),
         ("CARRY_SHARE", CARRY_SHARE),
         ("CARRY_COSINE", CARRY_COSINE),

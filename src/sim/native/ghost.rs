@@ -6,7 +6,7 @@
 //! is incompatible with holds in place of the class's velocity an [`Incompatible`]: what the class brought
 //! goes to the tool (`meeting`), what its particles gather comes from it.
 
-use super::super::cut::{self, CutKey};
+use super::super::cut::{self, ClassKey};
 use super::super::cutting::CuttingMethod;
 use super::super::snapshot::Tag;
 use super::contact::ToolNow;
@@ -67,7 +67,7 @@ fn side_of(method: CuttingMethod, at: DVec3, had: i8, tool: &ToolNow) -> i8 {
 /// A bound on the ghost velocities of a substep [cells/substep]: across the surface they have its velocity,
 /// along it one between its and their own.
 pub(super) fn speed_bound(state: &State, tools: &[ToolNow], gravity: DVec3) -> f64 {
-    let tagged = state.hot.iter().zip(&state.cold).filter(|(_, c)| !c.key().is_untagged());
+    let tagged = state.hot.iter().zip(&state.cold).filter(|(_, c)| !c.key().is_first());
     let own = |(h, _): (&Hot, &Cold)| (DVec3::from_array(h.velocity.map(f64::from)) + gravity).length();
     let own = tagged.map(own).reduce(f64::max);
     let surface = tools.iter().filter(|t| t.blade.is_some()).map(ToolNow::speed_max).fold(0.0, f64::max);
@@ -80,7 +80,7 @@ pub(super) fn speed_bound(state: &State, tools: &[ToolNow], gravity: DVec3) -> f
 pub(super) fn gather(
     s: &ParticleStep<'_>,
     (grid, table): (&Grid, &Table),
-    (block, key): (IVec3, CutKey),
+    (block, key): (IVec3, ClassKey),
     hot: &[Hot],
     report: &mut GridReport,
 ) -> Vec<[Node; 4]> {

@@ -3,12 +3,11 @@
 //! Blocks without walls, tools or cuts take the short way in f32; the others go through
 //! [`meeting`](super::meeting) in f64.
 
-use super::super::cut::CutKey;
-use super::super::params::BLOCK;
+use super::super::cut::ClassKey;
 use super::grid_step::{GridReport, GridStep};
 use super::kernel::Tile;
 use super::meeting::{self, Meeting};
-use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, for_shared_nodes, local};
+use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, for_shared_nodes};
 use super::simd::Node;
 use super::state::{NEIGHBOURS, State, Table};
 use glam::{DVec3, IVec3};
@@ -25,7 +24,7 @@ pub(super) struct Tiles {
     /// Sums of the untagged particles of each block.
     pub untagged: Vec<Tile>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
-    pub tagged: Vec<(CutKey, Tile)>,
+    pub tagged: Vec<(ClassKey, Tile)>,
     /// Where each block's part of `tagged` starts, and where the last one ends.
     pub first_tagged: Vec<usize>,
 }
@@ -36,7 +35,7 @@ impl Tiles {
     }
 
     /// The tiles of the tagged particles of a block.
-    pub(super) fn tagged_of(&self, slot: usize) -> &[(CutKey, Tile)] {
+    pub(super) fn tagged_of(&self, slot: usize) -> &[(ClassKey, Tile)] {
         let bound = |i: usize| self.first_tagged.get(i).copied().unwrap_or(self.tagged.len());
         &self.tagged[bound(slot)..bound(slot + 1)]
     }
@@ -59,7 +58,7 @@ pub(super) struct Grid {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct FoundFor {
     sorts: (u64, u64),
-    keys: Vec<CutKey>,
+    keys: Vec<ClassKey>,
     first_tagged: Vec<usize>,
 }
 
@@ -83,8 +82,7 @@ impl Grid {
                 } else if step.imposed.is_some() || meeting.concerns(block) {
                     meeting::update(nodes, None, block, step, meeting, &|_| None)
                 } else {
-                    let damping_impulse = damping_impulse(nodes, step);
-                    GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
+                    plain(nodes, step)
                 }
             })
             .collect();
@@ -95,8 +93,8 @@ impl Grid {
     }
 
     /// The nodes of a block as the clay of `key` sees them.
-    pub(super) fn nodes_of(&self, slot: usize, key: CutKey) -> &Nodes {
-        let cut = self.cut_slot.get(slot).and_then(|s| s.checked_sub(1)).filter(|_| !key.is_untagged());
+    pub(super) fn nodes_of(&self, slot: usize, key: ClassKey) -> &Nodes {
+        let cut = self.cut_slot.get(slot).and_then(|s| s.checked_sub(1)).filter(|_| !key.is_first());
         let of_class = |s: u32| {
             let cut = &self.cuts[s as usize];
             Some(&cut.nodes[cut.keys.binary_search(&key).ok()?])
@@ -105,7 +103,7 @@ impl Grid {
     }
 
     /// Where the nodes of a block are incompatible with the clay of `key`, if some may be.
-    pub(super) fn ghosts_of(&self, slot: usize, key: CutKey) -> Option<&Ghosts> {
+    pub(super) fn ghosts_of(&self, slot: usize, key: ClassKey) -> Option<&Ghosts> {
         let cut = &self.cuts[self.cut_slot.get(slot)?.checked_sub(1)? as usize];
         cut.ghosts.get(cut.keys.binary_search(&key).ok()?)
     }
@@ -116,12 +114,11 @@ impl Grid {
         Some(&self.cuts[slot as usize])
     }
 
-    /// Mass at a node, as the particles brought it, of the clay on one side of a sheet.
-    pub(super) fn mass_on(&self, table: &Table, node: IVec3, sheet: u8, side: i8) -> f64 {
-        let block = node.div_euclid(IVec3::splat(BLOCK));
-        let (Some(cut), at) = (self.cut_at(table, block), node - block * BLOCK) else { return 0.0 };
-        let classes = cut.keys.iter().zip(&cut.nodes).filter(|(key, _)| key.side(sheet) == side);
-        classes.map(|(_, nodes)| f64::from(nodes[local(at.x, at.y, at.z)].0[3])).sum()
+    /// The classes of a block that have clay there or near it, with their nodes.
+    pub(super) fn classes_at(&self, table: &Table, block: IVec3) -> impl Iterator<Item = (ClassKey, &Nodes)> {
+        let first = table.slot(block).and_then(|slot| self.nodes.get(slot)).filter(|nodes| nodes.iter().any(|n| n.0[3] > 0.0));
+        let others = self.cut_at(table, block).into_iter().flat_map(|cut| cut.keys.iter().copied().zip(&cut.nodes));
+        first.map(|nodes| (ClassKey::FIRST, nodes)).into_iter().chain(others)
     }
 
     /// Sum of node masses.
@@ -148,7 +145,7 @@ impl Grid {
         let blocks: &[IVec3] = if tiles.tagged.is_empty() { &[] } else { &state.blocks };
         for (i, &block) in blocks.iter().enumerate() {
             let reaching = NEIGHBOURS.into_iter().filter_map(|o| tiles.table.slot(block + o));
-            let mut keys: Vec<CutKey> = reaching.flat_map(|slot| tiles.tagged_of(slot)).map(|t| t.0).collect();
+            let mut keys: Vec<ClassKey> = reaching.flat_map(|slot| tiles.tagged_of(slot)).map(|t| t.0).collect();
             if keys.is_empty() {
                 continue;
             }
@@ -186,13 +183,27 @@ impl Grid {
         };
         let mut nodes: Vec<&mut Nodes> =
             self.nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
-        nodes
-            .par_iter_mut()
-            .zip(&mut self.cuts)
-            .zip(&blocks)
-            .map(|((nodes, cut), i)| meeting::update(nodes, Some(cut), state.blocks[*i], step, meeting, &masses_of))
-            .collect()
+        let keeps = step.imposed.is_none() && !meeting.cutting.has_ghosts();
+        let is_plain = |block: IVec3| keeps && !meeting.concerns(block);
+        let update = |((nodes, cut), i): ((&mut &mut Nodes, &mut CutBlock), &usize)| {
+            let block = state.blocks[*i];
+            cut.ghosts.clear();
+            let has_mass = |nodes: &Nodes| nodes.iter().any(|node| node.0[3] != 0.0);
+            let mut classes = std::iter::once(&mut **nodes).chain(&mut cut.nodes).filter(|nodes| has_mass(nodes));
+            match (classes.next(), classes.next()) {
+                // Clay of one class meets nothing.
+                (Some(nodes), None) if is_plain(block) => plain(nodes, step),
+                _ => meeting::update(nodes, Some(cut), block, step, meeting, &masses_of),
+            }
+        };
+        nodes.par_iter_mut().zip(&mut self.cuts).zip(&blocks).map(update).collect()
     }
+}
+
+/// Momentum -> velocity where nothing but gravity acts.
+fn plain(nodes: &mut Nodes, step: &GridStep) -> GridReport {
+    let damping_impulse = damping_impulse(nodes, step);
+    GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
 }
 
 /// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.

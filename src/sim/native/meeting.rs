@@ -20,10 +20,10 @@ use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
 use super::contact::ToolNow;
 use super::grid_step::{GridReport, GridStep};
 use super::nodes::{CutBlock, Nodes, offset};
-use block::{Block, MassesOf, SheetMasses};
+use block::{Block, MassesOf, SideMasses};
 use classes::{Classes, Sum};
 use glam::{DVec3, IVec3};
-use sides::is_incompatible;
+use sides::{Between, is_incompatible};
 
 /// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
 /// stay as they were summed.
@@ -63,8 +63,8 @@ impl Block<'_> {
             let Some(i) = divisions.of_blade(index) else { continue };
             let Some((distance, front)) = tool.blade.and_then(|blade| blade.within_band(world)) else { continue };
             // Each field is bounded by the blade where it reaches beyond it; a sticking blade takes it along.
-            for &(beyond, f) in fields.as_slice() {
-                let sign = f64::from(divisions.side(beyond, i));
+            for &(place, f) in fields.as_slice() {
+                let sign = f64::from(divisions.side(place.beyond, i));
                 let (field, normal, distance) = (usize::from(f), front * sign, distance * sign);
                 if tool.contact.sticks() {
                     let surface = tool.motion.velocity_at(world);
@@ -85,7 +85,7 @@ impl Block<'_> {
         for b in 1..fields.as_slice().len() {
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
-                if let Some(facing) = divisions.pair_facing(from.0, to.0, |sheet| self.cut_facing(node, sheet)) {
+                if let Some(facing) = divisions.pair_facing(from.0, to.0, |between| self.facing(node, between)) {
                     self.exchange(k, from.1.into(), to.1.into(), facing);
                 }
             }
@@ -103,10 +103,10 @@ impl Block<'_> {
         if mass > 0.0 { lost / mass } else { 0.0 }
     }
 
-    /// How the sides of a kept cut face each other at a node.
-    fn cut_facing(&mut self, node: IVec3, sheet: u8) -> Option<cut::Facing> {
-        let at = self.about.iter().position(|about| about.sheet == sheet).unwrap_or_else(|| {
-            self.about.push(SheetMasses::new(sheet, self.block, self.masses_of));
+    /// How the sides of a kept cut, or two bodies, face each other at a node.
+    fn facing(&mut self, node: IVec3, between: Between) -> Option<cut::Facing> {
+        let at = self.about.iter().position(|about| about.between == between).unwrap_or_else(|| {
+            self.about.push(SideMasses::new(between, self.block, self.masses_of));
             self.about.len() - 1
         });
         self.about[at].facing(node - self.block * BLOCK)
@@ -222,7 +222,7 @@ pub(super) fn ties<'a>(
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
                 let node = block * BLOCK + offset(k);
-                let facing = divisions.pair_facing(from.0, to.0, |sheet| nodes.cut_facing(node, sheet));
+                let facing = divisions.pair_facing(from.0, to.0, |between| nodes.facing(node, between));
                 divided.extend(facing.map(|facing| (k, [from.1, to.1], facing)));
             }
         }

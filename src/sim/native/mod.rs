@@ -18,6 +18,7 @@
 //! | `stats`    | sums for the report                                                         |
 //! | `implicit` | the implicit step                                                           |
 
+mod about;
 mod averaging;
 mod carry;
 mod contact;
@@ -130,6 +131,7 @@ fn surface_particle((hot, cold): (&state::Hot, &state::Cold)) -> SurfaceParticle
         volume_ratio: Particle { elastic_strain: hot.strain, ..Particle::default() }.volume_ratio() as f32,
         density_weight: hot.mass / 8.0,
         tags: u32::from_le_bytes([first.sheet, first.side.cast_unsigned(), second.sheet, second.side.cast_unsigned()]),
+        body: cold.body,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The nodes of a block: their order, what each class of clay has there, and where they stand in the tiles of
 //! the blocks about.
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::super::params::BLOCK;
 use super::kernel::Tile;
 use super::simd::Node;
@@ -27,7 +27,7 @@ pub(super) fn offset(k: usize) -> IVec3 {
 #[derive(Debug, Default)]
 pub(super) struct CutBlock {
     /// The classes, in the order of their keys.
-    pub keys: Vec<CutKey>,
+    pub keys: Vec<ClassKey>,
     /// Velocity and mass of each class.
     pub nodes: Vec<Nodes>,
     /// Where the node is incompatible with each class, under the methods that know such; else none.
@@ -46,9 +46,9 @@ pub(super) struct Incompatible {
 /// A value for each node of a block.
 pub(super) type Ghosts = [Option<Incompatible>; 64];
 
-/// The mass of each tagged class at the nodes of a block, with what walls folded: what the normals of cuts
-/// are made of.
-pub(super) type ClassMasses = Vec<(CutKey, [f32; 64])>;
+/// The mass of each class at the nodes of a block, with what walls folded: what the normals of cuts are made
+/// of.
+pub(super) type ClassMasses = Vec<(ClassKey, [f32; 64])>;
 
 /// Calls `each` with the index of a node in the block at `offset` and in our tile, for every node of it that
 /// our tile holds.

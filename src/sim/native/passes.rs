@@ -1,6 +1,6 @@
 //! The particle passes over all blocks: who gathers from which field and scatters to which tile.
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::super::cutting::CuttingMethod;
 use super::contact::{Moment, ToolNow};
 use super::ghost;
@@ -32,7 +32,7 @@ pub(super) fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold
 }
 
 /// The 7^3 velocities about a block as a class sees them.
-fn arena(grid: &Grid, table: &Table, block: IVec3, key: CutKey) -> Tile {
+fn arena(grid: &Grid, table: &Table, block: IVec3, key: ClassKey) -> Tile {
     let mut out = Tile::ZERO;
     for offset in NEIGHBOURS {
         let Some(slot) = table.slot(block + offset) else { continue };
@@ -70,7 +70,7 @@ pub(super) fn gather(
             let mut clamped = 0;
             let mut ghosts = s.cutting.has_ghosts().then(|| GridReport::of_tools(s.tools.len()));
             for (key, hot, cold) in w.run.classes(&mut *w.hot, &mut *w.cold) {
-                if let Some(report) = ghosts.as_mut().filter(|_| !key.is_untagged()) {
+                if let Some(report) = ghosts.as_mut().filter(|_| !key.is_first()) {
                     let gathered = ghost::gather(s, (grid, &table), (w.block, key), hot, report);
                     clamped += s.at(w.block, Moment::End, |place| kernel::finish_gathered(&s.step, place, hot, cold, &gathered));
                 } else if !hot.is_empty() {
@@ -181,7 +181,7 @@ pub(super) fn make_room(state: &mut State, tiles: &mut Tiles) {
     state.recycle(old);
     tiles.sorts = state.sorts;
     tiles.untagged.resize(state.runs.len(), Tile::ZERO);
-    tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (CutKey::UNTAGGED, Tile::ZERO));
+    tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (ClassKey::FIRST, Tile::ZERO));
     tiles.first_tagged.clear();
     tiles.first_tagged.push(0);
     for run in &state.runs {

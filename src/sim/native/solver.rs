@@ -75,8 +75,8 @@ struct Tally {
     tags: Vec<Tagged>,
     speed_max: f32,
     clamped: u64,
-    /// Tags of sides that grew together.
-    welded: u64,
+    /// Tags of sides that grew together, and particles that did with another body.
+    welded: [u64; 2],
     /// Sides carried on.
     carried: u64,
     timings: Timings,
@@ -196,6 +196,11 @@ impl Solver {
                 Ok(tally) => {
                     let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
                     if sums.is_finite() {
+                        if plan.finds_bodies {
+                            self.state.find_bodies(plan.dividers());
+                            // The classes of the blocks follow.
+                            self.resort();
+                        }
                         return Some(self.report(plan, Outcome { tally, sums, health, redone, dt, steps, began }));
                     }
                     health.insert(Health::NON_FINITE);
@@ -375,7 +380,7 @@ impl Solver {
             tally.welded = weld::grow_together(&mut self.state, &self.grid, step, plan, rule);
         }
         tally.carried = carry::carry_on(&mut self.state, &self.grid, plan);
-        if tally.welded + tally.carried > 0 {
+        if tally.welded != [0; 2] || tally.carried > 0 {
             self.sort(tally);
         }
     }
@@ -461,11 +466,12 @@ impl Solver {
         report.impulse_scale = tally.grid.impulse_scale * unit;
         report.speed_max = f64::from(tally.speed_max);
         report.clamped = tally.clamped;
-        (report.welded, report.carried) = (tally.welded, tally.carried);
+        (report.welded, report.joined, report.carried) = (tally.welded.iter().sum(), tally.welded[1], tally.carried);
         report.passes = tally.passes;
         (report.rejected, report.residual, report.is_standing) = (tally.rejected, tally.residual, tally.is_standing);
         report.unbalanced_impulse = tally.unbalanced * unit;
         report.sheets = self.state.sheets();
+        report.body_max = self.state.body_max();
         report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));
         report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
         if plan.outputs.touch && steps > 0 {

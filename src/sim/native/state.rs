@@ -4,7 +4,8 @@
 //! near tools and where clay has a history. Blocks are cut by cell; a particle may stray [`MARGIN`]
 //! cells from its cell before it is sorted anew.
 
-use super::super::cut::{self, CutKey, PLATE_SHEET, SheetSet};
+use super::super::body::{self, Member};
+use super::super::cut::{self, ClassKey, PLATE_SHEET, SheetSet};
 use super::super::frame::FramePlan;
 use super::super::limits::TRAVEL_LIMIT;
 use super::super::params::{BLOCK, Domain};
@@ -12,7 +13,7 @@ use super::super::snapshot::{ANCHORS_MAX, Anchor, Particle, Tag};
 use super::law::Sym8;
 use super::simd::F8;
 use super::step::Step;
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -55,6 +56,7 @@ pub(super) struct Cold {
     pub rest_volume: f32,
     pub anchors: [Anchor; ANCHORS_MAX],
     pub walls: u32,
+    pub body: u32,
 }
 
 /// Elastic strains of up to eight particles, lane by lane; idle lanes are unstrained.
@@ -71,8 +73,8 @@ pub(super) fn strains(particles: &[Hot]) -> Sym8 {
 
 impl Cold {
     /// The particle's class: whose node sums it belongs to.
-    pub(super) fn key(&self) -> CutKey {
-        CutKey::of(self.tags)
+    pub(super) fn key(&self) -> ClassKey {
+        ClassKey::new(self.body, self.tags)
     }
 }
 
@@ -121,6 +123,7 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
         tags: cold.tags,
         anchors: cold.anchors,
         walls: cold.walls,
+        body: cold.body,
     }
 }
 
@@ -130,7 +133,7 @@ pub(super) struct Run {
     /// Untagged particles; they come first.
     pub untagged: usize,
     /// The particles of each other class, in the order of their keys.
-    pub tagged: Vec<(CutKey, usize)>,
+    pub tagged: Vec<(ClassKey, usize)>,
 }
 
 impl Run {
@@ -148,8 +151,8 @@ impl Run {
         &'a self,
         mut hot: &'a mut [Hot],
         mut cold: &'a mut [Cold],
-    ) -> impl Iterator<Item = (CutKey, &'a mut [Hot], &'a mut [Cold])> {
-        std::iter::once((CutKey::UNTAGGED, self.untagged)).chain(self.tagged.iter().copied()).map(move |(key, count)| {
+    ) -> impl Iterator<Item = (ClassKey, &'a mut [Hot], &'a mut [Cold])> {
+        std::iter::once((ClassKey::FIRST, self.untagged)).chain(self.tagged.iter().copied()).map(move |(key, count)| {
             let (first_hot, rest_hot) = std::mem::take(&mut hot).split_at_mut(count);
             let (first_cold, rest_cold) = std::mem::take(&mut cold).split_at_mut(count);
             (hot, cold) = (rest_hot, rest_cold);
@@ -158,11 +161,11 @@ impl Run {
     }
 
     /// The run of particles with these keys, in order.
-    pub(super) fn of(keys: impl Iterator<Item = CutKey>) -> Self {
+    pub(super) fn of(keys: impl Iterator<Item = ClassKey>) -> Self {
         let mut run = Self::default();
         for key in keys {
             match run.tagged.last_mut() {
-                _ if key.is_untagged() => run.untagged += 1,
+                _ if key.is_first() => run.untagged += 1,
                 Some((last, count)) if *last == key => *count += 1,
                 _ => run.tagged.push((key, 1)),
             }
@@ -234,6 +237,7 @@ pub(super) fn convert(domain: &Domain, particles: &[Particle]) -> (Vec<Hot>, Vec
         rest_volume: p.rest_volume,
         anchors: p.anchors,
         walls: p.walls,
+        body: p.body,
     };
     particles.iter().map(|p| (hot(p), cold(p))).unzip()
 }
@@ -263,6 +267,41 @@ impl State {
     /// The sheets that particles have a side of.
     pub(super) fn sheets(&self) -> SheetSet {
         self.runs.iter().flat_map(|run| &run.tagged).flat_map(|(key, _)| key.sides()).map(|side| side.0).collect()
+    }
+
+    /// The greatest number of a body.
+    pub(super) fn body_max(&self) -> u32 {
+        self.runs.iter().flat_map(|run| &run.tagged).map(|(key, _)| u32::from(key.body())).max().unwrap_or(0)
+    }
+
+    /// Tells the bodies apart; `spared` are the sheets of blades in the clay.
+    pub(super) fn find_bodies(&mut self, spared: SheetSet) {
+        let member = |(hot, cold): (&Hot, &Cold)| {
+            let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
+            Member { at: cell + DVec3::from_array(hot.offset.map(f64::from)), id: cold.id, body: cold.body, tags: cold.tags }
+        };
+        let mut members: Vec<Member> = self.hot.iter().zip(&self.cold).map(member).collect();
+        // An eighth of a cell weighs 1.
+        let largest = self.hot.iter().map(|hot| f64::from(hot.mass)).fold(0.0, f64::max);
+        body::find(&mut members, 0.5 * largest.cbrt(), spared);
+        for (cold, Member { body, tags, .. }) in self.cold.iter_mut().zip(members) {
+            (cold.body, cold.tags) = (body, tags);
+        }
+    }
+
+    /// Whether sides of a cut, or two bodies, may meet somewhere.
+    pub(super) fn may_meet(&self) -> bool {
+        let bodies = |run: &Run| {
+            let tagged: Vec<u16> = run.tagged.iter().map(|(key, _)| key.body()).collect();
+            (run.untagged > 0).then_some(0).into_iter().chain(tagged)
+        };
+        let meets = |(block, run): (&IVec3, &Run)| {
+            let about = NEIGHBOURS.into_iter().filter_map(|o| self.runs.get(self.table.slot(*block + o)?));
+            let own = run.tagged.first().map(|(key, _)| key.body());
+            run.tagged.iter().any(|(key, _)| *key != key.without_sides())
+                || own.is_some_and(|own| about.flat_map(bodies).any(|body| body != own))
+        };
+        self.blocks.iter().zip(&self.runs).any(meets)
     }
 
     /// Sorts the particles by block, class, cell and id and lists the blocks anew. The order depends on
@@ -298,7 +337,7 @@ impl State {
         for (i, b) in indices.drain(..).enumerate() {
             let at = &mut table.slots[b as usize];
             let (h, c) = (&self.hot[i], &self.cold[i]);
-            let is_tagged = u64::from(!c.key().is_untagged());
+            let is_tagged = u64::from(!c.key().is_first());
             order[*at as usize] = (is_tagged << 62 | u64::from(h.cell) << 32 | u64::from(c.id), i as u32);
             *at += 1;
         }

@@ -1,7 +1,7 @@
 //! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1
 //! with persistent tags).
 
-use super::super::cut::{self, CutKey};
+use super::super::cut::{self, ClassKey};
 use super::super::params::Domain;
 use super::super::penalty::reach;
 use super::super::snapshot::Anchor;
@@ -97,7 +97,7 @@ fn let_go(anchors: &mut [Anchor], id: u32) {
 
 /// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, at `start`
 /// \[cells\] as the step begins.
-fn cling(tools: &[ToolNow], before: CutKey, start: DVec3, volume: f64, cold: &mut Cold) {
+fn cling(tools: &[ToolNow], before: ClassKey, start: DVec3, volume: f64, cold: &mut Cold) {
     for tool in tools.iter().filter(|tool| !tool.is_solid()) {
         let side = cold.key().side(tool.sheet);
         let Some(blade) = tool.blade.filter(|blade| blade.holds && side != before.side(tool.sheet)) else { continue };

@@ -1,36 +1,83 @@
-//! Where the two sides of a cut grow together: once a frame, at its end (see the oracle's file of this name).
+//! Where the two sides of a cut, or two bodies, grow together: once a frame, at its end (see the oracle's
+//! file of this name).
 
-use super::super::carry::SidesAbout;
+use super::super::cut::{ClassKey, JOINT_SHEET};
 use super::super::frame::FramePlan;
-use super::super::snapshot::Tag;
-use super::super::spline::spline;
 use super::super::weld::WeldRule;
+use super::about::{MassesAbout, bodies, classes_about, sheets};
 use super::grid::Grid;
 use super::law;
-use super::passes::work;
-use super::state::{Hot, State, Table, strains, unpack_cell};
+use super::passes::{Work, work};
+use super::state::{Cold, Hot, State, Table, strains};
 use super::step::Step;
-use glam::{DMat3, DVec3, IVec3};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-/// Counts the frame for every tag at which both sides meet, by the frame's `rule`; returns how many have
-/// grown together and are gone.
-pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, rule: WeldRule) -> u64 {
+/// Counts the frame for every tag at which both sides meet, and every particle that meets another body, by
+/// the frame's `rule`; returns how many sides, and how many such particles, have grown together.
+pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &FramePlan, rule: WeldRule) -> [u64; 2] {
+    if grid.cuts.is_empty() {
+        return [0; 2];
+    }
     let table = state.table.clone();
+    let pressing = Pressing { grid, table: &table, step, rule };
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
-    tasks.retain(|w| !w.run.tagged.is_empty());
-    let welded = tasks.into_par_iter().map(|w| {
-        let mut welded = 0;
-        for (hot, cold) in w.hot[w.run.untagged..].iter().zip(&mut w.cold[w.run.untagged..]) {
-            for tag in cold.tags.iter_mut().filter(|tag| tag.side != 0 && !WeldRule::spares(plan, tag.sheet)) {
-                let Some(normal) = normal(hot, *tag, grid, &table) else { continue };
-                let is_pressed = normal.dot(cauchy_stress(step, hot) * normal) * step.stress_unit < -rule.stress;
-                welded += u64::from(rule.count(tag, is_pressed));
+    let counts = |cold: &Cold| cold.tags.iter().any(|tag| tag.sheet == JOINT_SHEET);
+    tasks.retain(|w| grid.cut_at(&table, w.block).is_some() || w.cold.iter().any(counts));
+    let welded = tasks.into_par_iter().map(|w| pressing.in_block(w, plan));
+    welded.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
+}
+
+/// What the sides of cuts and bodies are pressed by.
+struct Pressing<'a> {
+    grid: &'a Grid,
+    table: &'a Table,
+    step: &'a Step,
+    rule: WeldRule,
+}
+
+impl Pressing<'_> {
+    fn in_block(&self, w: Work<'_>, plan: &FramePlan) -> [u64; 2] {
+        let (hot, cold) = (w.hot, w.cold);
+        let (mut welded, mut joined) = (0, 0);
+        let classes = classes_about(self.grid, self.table, w.block);
+        let masses_of = |is_front: &dyn Fn(ClassKey) -> Option<bool>| MassesAbout::new(self.grid, self.table, w.block, is_front);
+        for body in bodies(&classes) {
+            let own = |cold: &Cold| cold.body == u32::from(body);
+            for sheet in sheets(&classes, body).into_iter().filter(|sheet| !WeldRule::spares(plan, *sheet)) {
+                let Some(masses) = masses_of(&|key| key.is_front(body, sheet)) else { continue };
+                let its = hot.iter().zip(&mut *cold).filter(|(_, cold)| own(cold));
+                welded += its.map(|(hot, cold)| self.count(&masses, sheet, hot, cold)).sum::<u64>();
             }
+            let masses = masses_of(&|key| Some(key.body() == body));
+            let its = hot.iter().zip(&mut *cold).filter(|(_, cold)| own(cold));
+            joined += its.map(|(hot, cold)| self.count_joint(masses.as_ref(), hot, cold)).sum::<u64>();
         }
-        welded
-    });
-    welded.sum()
+        [welded, joined]
+    }
+
+    /// Counts the tags of a sheet.
+    fn count(&self, masses: &MassesAbout, sheet: u8, hot: &Hot, cold: &mut Cold) -> u64 {
+        let its = cold.tags.iter_mut().filter(|tag| tag.side != 0 && tag.sheet == sheet);
+        let counted =
+            its.map(|tag| masses.about(hot).normal().is_some_and(|normal| self.rule.count(tag, self.is_pressed(hot, normal))));
+        counted.map(u64::from).sum()
+    }
+
+    /// Counts a particle that meets another body.
+    fn count_joint(&self, masses: Option<&MassesAbout>, hot: &Hot, cold: &mut Cold) -> u64 {
+        let normal = masses.and_then(|masses| masses.about(hot).normal());
+        let is_counting = cold.tags.iter().any(|tag| tag.sheet == JOINT_SHEET);
+        if normal.is_none() && !is_counting {
+            return 0;
+        }
+        let is_pressed = normal.is_some_and(|normal| self.is_pressed(hot, normal));
+        u64::from(self.rule.count_joint(&mut cold.tags, is_pressed))
+    }
+
+    fn is_pressed(&self, hot: &Hot, normal: DVec3) -> bool {
+        normal.dot(cauchy_stress(self.step, hot) * normal) * self.step.stress_unit < -self.rule.stress
+    }
 }
 
 /// Cauchy stress in the units of the step's law.
@@ -39,22 +86,4 @@ fn cauchy_stress(step: &Step, hot: &Hot) -> DMat3 {
     let [xx, yy, zz, xy, xz, yz] = law::stress(&step.law, &strain).map(|lanes| f64::from(lanes.0[0]));
     let ratio = f64::from(law::hencky_invariants(&strain).1.0[0]).exp();
     DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)) * (1.0 / ratio)
-}
-
-/// Unit normal of the tag's cut at the particle; none where the two sides do not meet.
-fn normal(hot: &Hot, tag: Tag, grid: &Grid, table: &Table) -> Option<DVec3> {
-    let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
-    let base = (at - 0.5).floor().as_ivec3();
-    let mut about = SidesAbout::default();
-    for i in 0..27 {
-        let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
-        let arm = node.as_dvec3() - at;
-        let weight = spline(arm.x) * spline(arm.y) * spline(arm.z);
-        for (side, sign) in [1, -1].into_iter().enumerate() {
-            let mass = weight * grid.mass_on(table, node, tag.sheet, sign);
-            about.masses[side] += mass;
-            about.moments[side] += mass * arm;
-        }
-    }
-    about.normal()
 }

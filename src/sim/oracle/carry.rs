@@ -48,7 +48,9 @@ fn sheets_about(particle: &Particle, grid: &Grid) -> Vec<u8> {
 fn side(particle: &Particle, sheet: u8, grid: &Grid) -> Option<i8> {
     let sums = |side: i8| {
         let of_node = |(mass, moment): (f64, DVec3), touch: super::stencil::Touch| {
-            let here = grid.get(touch.node).map_or(0.0, |node| touch.weight * node.classes.mass_on(sheet, side));
+            let here = grid
+                .get(touch.node)
+                .map_or(0.0, |node| touch.weight * node.classes.mass_of_side(particle.key().body(), sheet, side));
             (mass + here, moment + here * touch.arm)
         };
         stencil(particle.position).into_iter().fold((0.0, DVec3::ZERO), of_node)

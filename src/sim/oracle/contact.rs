@@ -11,12 +11,13 @@
 //!    l what the field's clay has lost of it, in the mean over what its particles brought to the node,
 //!    unfolded. (Nodes that stick up to the offset alone bear 1.0 to 1.75 k on two flanks, by where the plane
 //!    lies between them.)
-//! 2. **Fields**: each two fields a, b of a node, in the order of the divisions they are beyond (bit i for
-//!    the i-th sheet), exchange momentum while they approach along n by more than there is room for, unless
-//!    a blade stands between them. n is the normal from a to b of the sheet between them, or the mean of the
-//!    normals of two, each the slope of the front's share of the tagged mass, fitted to the 27 nodes about
-//!    the node, and g the gap between the faces, of two sheets the wider one ([`cut::facing`]; no exchange
-//!    where a normal vanishes). With `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
+//! 2. **Fields**: each two fields a, b of a node, in the order of their bodies and of the divisions they are
+//!    beyond (bit i for the i-th sheet), exchange momentum while they approach along n by more than there is
+//!    room for, unless a blade stands between them. n is the normal from a to b of the sheet between them, or
+//!    the mean of the normals of two, each the slope of the front's share of the tagged mass, fitted to the
+//!    27 nodes about the node, and g the gap between the faces, of two sheets the wider one
+//!    ([`cut::facing`]; no exchange where a normal vanishes). Of fields of two bodies n and g are those
+//!    between all clay of the one and all of the other, whatever sides it has. With `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
 //!    `m = m_a m_b / (m_a + m_b)` the impulse on b is `-m u` along n and, against sliding, at most
 //!    [`CUT_FRICTION`] times that (never more than stops the sliding).
 //!
@@ -31,10 +32,10 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::cut::{self, Facing};
+use super::super::cut::{self, Faces, Facing};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
-use super::grid::{Band, Division, Field, Grid, Node};
+use super::grid::{Band, Field, Grid, Node};
 use super::tools::{MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
 
@@ -51,13 +52,8 @@ pub(super) fn between_sides(grid: &mut Grid, around: &Surroundings, frame: &mut 
         for (i, band) in bands {
             against_blade(&mut grid.nodes[index], i, coordinate, band, around, frame);
         }
-        let facings = cut_facings(grid, coordinate, index);
-        for b in 1..grid.nodes[index].fields.len() {
-            for a in 0..b {
-                if let Some(facing) = pair_facing(&grid.nodes[index], a, b, &facings) {
-                    exchange(&mut grid.nodes[index], a, b, facing, around.domain.cell_width / around.plan.dt);
-                }
-            }
+        for ([a, b], facing) in facings(grid, coordinate, index) {
+            exchange(&mut grid.nodes[index], a, b, facing, around.domain.cell_width / around.plan.dt);
         }
     }
 }
@@ -71,7 +67,7 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
         return;
     }
     let world = around.domain.to_world(coordinate.as_dvec3());
-    let lost = |field: &Field| node.classes.strength_lost(|key| node.beyond(key) == field.beyond);
+    let lost = |field: &Field| node.classes.strength_lost(|key| node.place(key) == field.place());
     let sides: Vec<_> = node.fields.iter().map(|field| (f64::from(node.side(field, i)), lost(field))).collect();
     for (field, (sign, lost)) in node.fields.iter_mut().zip(sides) {
         let (normal, distance) = (band.normal * sign, band.distance * sign);
@@ -86,30 +82,40 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     }
 }
 
-/// How the sides of each kept cut that divides the node face each other; none where a blade divides it.
-pub(super) fn cut_facings(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<Option<Facing>> {
-    let mass = |node: IVec3, sheet: u8, side: i8| grid.get(node).map_or(0.0, |n| n.folded.mass_on(sheet, side));
-    let facing = |d: &Division| {
-        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        let masses = |o: IVec3| (o, mass(coordinate + o, d.sheet, 1), mass(coordinate + o, d.sheet, -1));
-        if d.band.is_some() { None } else { cut::facing(about.map(masses)) }
-    };
+/// The fields of a node that press on each other, in the order of both, and how the second faces the first,
+/// its normal from the first to the second: across the one cut between them, or both of two, or from body to
+/// body. Not those that a blade stands between, which acts on both, nor where there is no normal.
+pub(super) fn facings(grid: &Grid, coordinate: IVec3, index: usize) -> Vec<([usize; 2], Facing)> {
     let node = &grid.nodes[index];
-    if node.fields.len() < 2 { vec![] } else { node.divisions.iter().map(facing).collect() }
+    let count = node.fields.len();
+    let pairs = (1..count).flat_map(|b| (0..b).map(move |a| [a, b]));
+    pairs.filter_map(|pair| Some((pair, facing_of(grid, coordinate, node, pair.map(|f| &node.fields[f]))?))).collect()
 }
 
-/// How field `b` faces field `a`, its normal from a to b: across the one cut between them, or both of two.
-/// None where a blade stands between them, which acts on both, or where a cut has no normal.
-pub(super) fn pair_facing(node: &Node, a: usize, b: usize, facings: &[Option<Facing>]) -> Option<Facing> {
-    let [from, to] = [a, b].map(|f| &node.fields[f]);
-    let mut between = vec![];
-    for (i, facing) in facings.iter().enumerate() {
-        let side = node.side(to, i);
-        if side != node.side(from, i) {
-            between.push((*facing)?.turned(side));
-        }
+fn facing_of(grid: &Grid, coordinate: IVec3, node: &Node, [from, to]: [&Field; 2]) -> Option<Facing> {
+    let between = |i: &usize| node.side(to, *i) != node.side(from, *i);
+    let between: Vec<usize> = (0..node.divisions.len()).filter(between).collect();
+    if between.iter().any(|i| node.divisions[*i].band.is_some()) {
+        return None;
     }
-    Facing::across(between.into_iter())
+    let about = |faces: Faces, masses: &dyn Fn(&Node) -> (f64, f64)| {
+        let offsets = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+        cut::facing(
+            faces,
+            offsets.map(|o| {
+                let (front, back) = grid.get(coordinate + o).map_or((0.0, 0.0), masses);
+                (o, front, back)
+            }),
+        )
+    };
+    if from.body != to.body {
+        return about(Faces::Bodies, &|n| (n.folded.mass_of(to.body), n.folded.mass_of(from.body)));
+    }
+    let of_cut = |i: usize| {
+        let sheet = node.divisions[i].sheet;
+        Some(about(Faces::Sides, &|n| (n.folded.mass_on(sheet, 1), n.folded.mass_on(sheet, -1)))?.turned(node.side(to, i)))
+    };
+    Facing::across(between.into_iter().map(of_cut).collect::<Option<Vec<_>>>()?.into_iter())
 }
 
 /// Two fields of a node exchange momentum while they approach by more than there is room for in the step:

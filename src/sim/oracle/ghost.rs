@@ -20,7 +20,7 @@
 //!    `w m_p (v + A (x_i - x_p) dx) + w m_p g h (rho / rho_s)`, less what the particle gathers,
 //!    `w m_p v_ghost`. At folded columns an outer node's blade is its inner one's.
 
-use super::super::cut::{self, CutKey};
+use super::super::cut::{self, ClassKey};
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;
 use super::super::snapshot::Tag;
@@ -69,7 +69,7 @@ pub(super) fn withhold(grid: &mut Grid) {
 }
 
 /// The blade that makes the clay of `key` incompatible with a node, its normal towards that clay.
-fn between(node: &Node, key: CutKey) -> Option<Band> {
+fn between(node: &Node, key: ClassKey) -> Option<Band> {
     let beyond = node.divisions.iter().filter(|d| key.side(d.sheet) == -d.owner);
     let band = beyond.filter_map(|d| d.band.map(|band| Band { normal: band.normal * f64::from(-d.owner), ..band }));
     band.min_by_key(|band| band.tool)

@@ -1,6 +1,6 @@
 //! Nodes: what the particles bring, the fields that move, and the box of them about the clay.
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::stencil;
 use glam::{DVec3, IVec3};
 
@@ -29,6 +29,8 @@ impl std::ops::AddAssign for Sum {
 /// One velocity field at a node: all clay that moves together there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Field {
+    /// The body that the clay is of.
+    pub(super) body: u16,
     /// Which of the node's divisions the clay is beyond, from their owners' sides: a bit each.
     pub(super) beyond: u32,
     /// What moves: the folded sums of the field's classes.
@@ -39,6 +41,13 @@ pub(super) struct Field {
     pub(super) damped: DVec3,
     /// Impulse of tools and of the other fields on this one \[N s\].
     pub(super) contact_impulse: DVec3,
+}
+
+impl Field {
+    /// By what fields of a node are told apart.
+    pub(super) fn place(&self) -> (u16, u32) {
+        (self.body, self.beyond)
+    }
 }
 
 /// A blade in whose band a node stands.
@@ -65,16 +74,16 @@ pub(super) struct Division {
 
 /// The sums of the classes at a node, in the order of their keys.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Classes(Vec<(CutKey, Sum)>);
+pub(super) struct Classes(Vec<(ClassKey, Sum)>);
 
 impl Classes {
     /// The classes with their sums.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (CutKey, Sum)> + Clone {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (ClassKey, Sum)> + Clone {
         self.0.iter().copied()
     }
 
     /// The sum of a class.
-    pub(super) fn of(&mut self, key: CutKey) -> &mut Sum {
+    pub(super) fn of(&mut self, key: ClassKey) -> &mut Sum {
         let at = self.0.binary_search_by_key(&key, |c| c.0).unwrap_or_else(|at| {
             self.0.insert(at, (key, Sum::default()));
             at
@@ -83,22 +92,33 @@ impl Classes {
     }
 
     /// The velocity [m/s] with which the particles of a class came, if there are any.
-    pub(super) fn velocity_before(&self, key: CutKey) -> Option<DVec3> {
+    pub(super) fn velocity_before(&self, key: ClassKey) -> Option<DVec3> {
         let (_, sum) = self.iter().find(|(class, sum)| *class == key && sum.mass > 0.0)?;
         Some(sum.before / sum.mass)
     }
 
     /// What the clay of these classes has lost of its strength at tools, in the mean [-]; fresh where there
     /// is none.
-    pub(super) fn strength_lost(&self, is_its: impl Fn(CutKey) -> bool) -> f64 {
+    pub(super) fn strength_lost(&self, is_its: impl Fn(ClassKey) -> bool) -> f64 {
         let its = || self.iter().filter(|(key, _)| is_its(*key));
         let mass: f64 = its().map(|(_, sum)| sum.mass).sum();
         if mass > 0.0 { its().map(|(_, sum)| sum.lost).sum::<f64>() / mass } else { 0.0 }
     }
 
-    /// Mass \[kg\] of all classes.
-    pub(super) fn mass(&self) -> f64 {
-        self.iter().map(|(_, sum)| sum.mass).sum()
+    /// Mass \[kg\] of the clay of a body.
+    pub(super) fn mass_of(&self, body: u16) -> f64 {
+        self.iter().filter(|(key, _)| key.body() == body).map(|(_, sum)| sum.mass).sum()
+    }
+
+    /// Mass \[kg\] of the clay of all other bodies.
+    pub(super) fn mass_beside(&self, body: u16) -> f64 {
+        self.iter().filter(|(key, _)| key.body() != body).map(|(_, sum)| sum.mass).sum()
+    }
+
+    /// Mass \[kg\] of the clay of a body on one side of a sheet.
+    pub(super) fn mass_of_side(&self, body: u16, sheet: u8, side: i8) -> f64 {
+        let its = |key: ClassKey| key.body() == body && key.side(sheet) == side;
+        self.iter().filter(|(key, _)| its(*key)).map(|(_, sum)| sum.mass).sum()
     }
 
     /// Mass \[kg\] of the clay on one side of a sheet.
@@ -116,7 +136,7 @@ pub(super) struct Node {
     pub(super) folded: Classes,
     /// The sheets that divide the clay here, in their order; none at a whole node.
     pub(super) divisions: Vec<Division>,
-    /// What moves apart here, in the order of [`Field::beyond`].
+    /// What moves apart here, by [`Field::body`] and [`Field::beyond`] in order.
     pub(super) fields: Vec<Field>,
     /// The walls at which clay that moves here has arrived, a bit each.
     pub(super) walls: u32,
@@ -127,17 +147,22 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// Which divisions the clay of `key` is beyond: untagged clay is nowhere beyond, it moves with the
-    /// owners.
-    pub(super) fn beyond(&self, key: CutKey) -> u32 {
+    /// The body of clay of `key`, and which divisions it is beyond: untagged clay is nowhere beyond, it moves
+    /// with the owners.
+    pub(super) fn place(&self, key: ClassKey) -> (u16, u32) {
         let is_beyond = |d: &Division| key.side(d.sheet) == -d.owner;
-        self.divisions.iter().enumerate().map(|(i, d)| u32::from(is_beyond(d)) << i).sum()
+        (key.body(), self.divisions.iter().enumerate().map(|(i, d)| u32::from(is_beyond(d)) << i).sum())
+    }
+
+    /// Which of the fields the clay of `key` moves in, if there is any such clay.
+    pub(super) fn field_index(&self, key: ClassKey) -> Option<usize> {
+        let place = self.place(key);
+        self.fields.iter().position(|field| field.place() == place)
     }
 
     /// The field in which the clay of `key` moves, if there is any such clay.
-    pub(super) fn field(&self, key: CutKey) -> Option<&Field> {
-        let beyond = self.beyond(key);
-        self.fields.iter().find(|f| f.beyond == beyond)
+    pub(super) fn field(&self, key: ClassKey) -> Option<&Field> {
+        self.field_index(key).map(|at| &self.fields[at])
     }
 
     /// The side of division `i` on which a field is.

@@ -52,7 +52,8 @@ mod weld;
 
 pub use particle::Particle;
 
-use super::cut::CutKey;
+use super::body::{self, Member};
+use super::cut::{ClassKey, SheetSet};
 use super::frame::{FramePlan, FrameReport};
 use super::integrator::Integrator;
 use super::limits::TRAVEL_LIMIT;
@@ -111,6 +112,9 @@ impl Oracle {
         if plan.averages() {
             averaging::average_volumes(&mut self.particles, plan.volume_averaging);
         }
+        if plan.finds_bodies {
+            self.find_bodies(plan.dividers());
+        }
         self.time += plan.duration();
         self.material = plan.material;
         report::end(&mut frame, &self.particles, &self.domain, plan);
@@ -120,6 +124,16 @@ impl Oracle {
             frame.health.insert(super::health::Health::QUARANTINED);
         }
         frame
+    }
+
+    fn find_bodies(&mut self, spared: SheetSet) {
+        let member = |p: &Particle| Member { at: p.position, id: p.id, body: p.body, tags: p.tags };
+        let mut members: Vec<Member> = self.particles.iter().map(member).collect();
+        let largest = self.particles.iter().map(|p| p.rest_volume).fold(0.0, f64::max);
+        body::find(&mut members, largest.cbrt() / self.domain.cell_width, spared);
+        for (particle, Member { body, tags, .. }) in self.particles.iter_mut().zip(members) {
+            (particle.body, particle.tags) = (body, tags);
+        }
     }
 
     /// What is counted and kept within a frame.
@@ -138,7 +152,7 @@ impl Oracle {
         self.begin_frame(plan);
         let grid = substep::substep(&mut self.particles, &self.domain, plan, 0, &mut frame);
         let traced = |(node, at): (IVec3, &grid::Node)| -> Vec<TracedNode> {
-            let of_class = |(key, sum): (CutKey, Sum)| {
+            let of_class = |(key, sum): (ClassKey, Sum)| {
                 let velocity = at.field(key).map_or(DVec3::ZERO, |f| f.velocity);
                 TracedNode { node, key, mass: sum.mass, momentum: sum.momentum, velocity }
             };

@@ -1,6 +1,6 @@
 //! A particle in f64, and its f32 twin in the snapshot.
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::super::snapshot::{self, ANCHORS_MAX, Anchor, Tag};
 use glam::{DMat3, DVec3};
 
@@ -34,6 +34,8 @@ pub struct Particle {
     pub anchors: [Option<(u32, DVec3)>; ANCHORS_MAX],
     /// The walls that it touches or has arrived at, a bit each.
     pub walls: u32,
+    /// The body that it is of, by number.
+    pub body: u32,
 }
 
 impl Particle {
@@ -53,6 +55,7 @@ impl Particle {
             tags: [Tag::default(); 2],
             anchors: [None; ANCHORS_MAX],
             walls: 0,
+            body: 0,
         }
     }
 
@@ -74,6 +77,7 @@ impl Particle {
             tags: particle.tags,
             anchors: particle.anchors.map(|anchor| anchor.get()),
             walls: particle.walls,
+            body: particle.body,
         }
     }
 
@@ -93,14 +97,15 @@ impl Particle {
             tags: self.tags,
             anchors: self.anchors.map(|anchor| anchor.map_or_else(Anchor::default, |(id, at)| Anchor::on(id, at))),
             walls: self.walls,
+            body: self.body,
             ..snapshot::Particle::default()
         };
         particle.set_grid(self.position);
         particle
     }
 
-    /// The class of particles it moves with: those on the same sides of the same cuts.
-    pub fn key(&self) -> CutKey {
-        CutKey::of(self.tags)
+    /// The class of particles it moves with: those of the same body on the same sides of the same cuts.
+    pub fn key(&self) -> ClassKey {
+        ClassKey::new(self.body, self.tags)
     }
 }

@@ -77,7 +77,8 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
     let ratios = particles.iter().map(|p| law::volume_ratio(p.elastic_strain));
     frame.volume_ratio = ratios.clone().fold((f64::INFINITY, 0.0), |(low, high), j| (low.min(j), high.max(j)));
     frame.volume = ratios.zip(particles).map(|(ratio, p)| ratio * p.rest_volume).sum();
-    frame.sheets = particles.iter().flat_map(|p| p.tags).filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
+    frame.sheets = particles.iter().flat_map(|p| p.key().sides().collect::<Vec<_>>()).map(|side| side.0).collect();
+    frame.body_max = particles.iter().map(|p| p.body).max().unwrap_or(0);
     frame.has_loose_clay = plan.outputs.support.then(|| has_loose_clay(particles, domain, plan));
     for tool in &mut frame.tools {
         tool.force = tool.impulse / plan.duration();

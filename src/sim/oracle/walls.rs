@@ -184,7 +184,7 @@ pub(super) fn unfold(grid: &mut Grid, columns: &[Column]) {
         outer.divisions = inner.divisions;
         // The image pushes nobody: the contact of the inner node is its own.
         let image = |f: Field| Field { velocity: column.image * f.velocity, damped: column.image * f.damped, ..Field::default() };
-        outer.fields = inner.fields.into_iter().map(|f| Field { beyond: f.beyond, ..image(f) }).collect();
+        outer.fields = inner.fields.into_iter().map(|f| Field { body: f.body, beyond: f.beyond, ..image(f) }).collect();
         for field in &mut grid.nodes[column.wall].fields {
             field.velocity *= 0.5 * (column.image + 1.0);
             field.damped *= 0.5 * (column.image + 1.0);

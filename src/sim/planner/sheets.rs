@@ -5,7 +5,7 @@
 //! sheet until it is taken away; no other plate gets it in the next plan, so that the clay loses its sides
 //! of the one before it takes those of the other.
 
-use super::super::cut::{PLATE_SHEET, SheetSet};
+use super::super::cut::{JOINT_SHEET, PLATE_SHEET, SheetSet};
 use super::super::frame::{FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::snapshot::Snapshot;
@@ -37,6 +37,10 @@ pub struct Sheets {
     reused: Vec<u64>,
     /// Reports whose turn has not come.
     noted: VecDeque<Noted>,
+    /// Whether bodies are to be found: a cut may have gone through, or bodies have grown together.
+    is_asked: bool,
+    /// The last plan that finds bodies.
+    found_in: Option<u64>,
 }
 
 /// The sheet of one visit of a blade.
@@ -65,11 +69,13 @@ struct Noted {
     used: SheetSet,
     /// Each tool's id, and whether it touched clay.
     tools: Vec<(u32, bool)>,
+    /// Whether bodies have grown together.
+    joins: bool,
 }
 
 impl BladeSheet {
-    /// Takes in whether the blade touched clay in a frame.
-    fn note(&mut self, plan_id: u64, is_touching: bool, cell_width: f64) {
+    /// Takes in whether the blade touched clay in a frame; returns whether its visit is over by it.
+    fn note(&mut self, plan_id: u64, is_touching: bool, cell_width: f64) -> bool {
         let line = self.lines[parity(plan_id)];
         if is_touching {
             self.is_in_clay = true;
@@ -79,6 +85,7 @@ impl BladeSheet {
             let way = |i: usize| (line[i] - self.touched[i]).reject_from_normalized(axis).length();
             self.is_over |= !self.is_wire || way(0).max(way(1)) > WIRE_REACH * cell_width;
         }
+        self.is_over
     }
 }
 
@@ -97,8 +104,9 @@ impl Sheets {
     /// For clay that may have cuts already.
     pub fn new(snapshot: &Snapshot) -> Self {
         let tags = snapshot.particles.iter().flat_map(|p| p.tags);
-        let used = tags.filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
-        Self { cell_width: snapshot.domain.cell_width, used, ..Self::default() }
+        let used: SheetSet = tags.filter(|tag| tag.side != 0).map(|tag| tag.sheet).collect();
+        let is_asked = used.iter().next().is_some();
+        Self { cell_width: snapshot.domain.cell_width, used, is_asked, ..Self::default() }
     }
 
     /// Gives every blade of a plan its sheet: the one it has, or, when it is new or was not in the plan
@@ -110,7 +118,9 @@ impl Sheets {
         }
         // The reports up to a blade's last frame are known when a frame without it has been planned, and its
         // sheet is free or in use.
-        self.blades.retain(|blade| plan.id < blade.plan_id + 2);
+        let is_kept = |blade: &BladeSheet| plan.id < blade.plan_id + 2;
+        self.is_asked |= self.blades.iter().any(|blade| !is_kept(blade) && blade.is_in_clay && !blade.is_over);
+        self.blades.retain(is_kept);
         self.reused.retain(|reused| plan.id < reused + 2);
         self.deal_plates(plan);
         let duration = plan.duration();
@@ -122,6 +132,11 @@ impl Sheets {
             (blade.plan_id, blade.is_wire) = (plan.id, line.is_some());
             blade.lines[parity(plan.id)] = line.unwrap_or_default();
             path.sheet = blade.sheet;
+        }
+        // A plan that was refused is made once more.
+        plan.finds_bodies = self.is_asked || self.found_in == Some(plan.id);
+        if plan.finds_bodies {
+            (self.is_asked, self.found_in) = (false, Some(plan.id));
         }
     }
 
@@ -151,27 +166,33 @@ impl Sheets {
             report.health.insert(Health::CROWDED);
         }
         if report.health.contains(Health::GIVEN_UP) {
+            self.is_asked |= self.found_in == Some(report.plan_id);
             return;
         }
         // Clay that runs ahead of a fast blade presses on it at no node; what lags behind is put back.
         let is_touching = |tool: &ToolReport| tool.contacts + tool.tagged + tool.pushed_back > 0;
         let tools = report.tools.iter().map(|tool| (tool.id, is_touching(tool))).collect();
-        self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools });
+        let joins = report.joined > 0;
+        self.noted.push_back(Noted { plan_id: report.plan_id, used: report.sheets, tools, joins });
     }
 
     /// The blade or plate of this id was taken away: if there is one in the next plan, it has been put down
     /// anew. Those that are missing from a plan need no telling.
     pub fn lift(&mut self, id: u32) {
-        self.blades.iter_mut().filter(|blade| blade.id == id).for_each(|blade| blade.is_over = true);
+        for blade in self.blades.iter_mut().filter(|blade| blade.id == id && !blade.is_over) {
+            blade.is_over = true;
+            self.is_asked |= blade.is_in_clay;
+        }
         self.plates.iter_mut().filter(|plate| plate.0 == Some(id)).for_each(|plate| plate.0 = None);
     }
 
     /// Blades that have left the clay get another sheet for their next visit.
     fn apply(&mut self, noted: &Noted) {
         self.used = noted.used;
+        self.is_asked |= noted.joins;
         for blade in self.blades.iter_mut().filter(|blade| !blade.is_over) {
             if let Some((_, is_touching)) = noted.tools.iter().find(|tool| tool.0 == blade.id) {
-                blade.note(noted.plan_id, *is_touching, self.cell_width);
+                self.is_asked |= blade.note(noted.plan_id, *is_touching, self.cell_width);
             }
         }
     }
@@ -208,7 +229,7 @@ impl Sheets {
             // Cuts that the clay came with are the oldest.
             age => Some((is_held(*sheet, true), age)),
         };
-        let all = (first..PLATE_SHEET).chain(1..first).filter(|sheet| !is_held(*sheet, false));
+        let all = (first..JOINT_SHEET).chain(1..first).filter(|sheet| !is_held(*sheet, false));
         all.map(|sheet| (rank(&sheet), sheet))
             .min_by_key(|(rank, _)| *rank)
             .map_or((first, false), |(rank, sheet)| (sheet, rank.is_none()))
@@ -218,12 +239,18 @@ impl Sheets {
 #[cfg(test)]
 mod tests {
     use super::super::super::material::ClayMaterial;
+    use super::super::super::params::{Domain, Walls};
+    use super::super::super::snapshot::{Particle, Tag};
     use super::super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
     use super::super::StepLimits;
     use super::*;
 
     const BLADE: ToolShape = ToolShape::Blade { half_width: 0.1, half_height: 0.1 };
     const WIRE: ToolShape = ToolShape::Wire { half_length: 0.1 };
+
+    fn domain() -> Domain {
+        Domain::new(DVec3::ZERO, DVec3::splat(0.2), 0.01, Walls::default()).expect("a room")
+    }
 
     /// Frame `id` with these tools, by id and place, as it is dealt.
     fn planned(sheets: &mut Sheets, id: u64, shape: ToolShape, tools: &[(u32, DVec3)]) -> FramePlan {
@@ -245,12 +272,12 @@ mod tests {
 
     /// The sheets that frame `id` of three blades gets.
     fn dealt(sheets: &mut Sheets, id: u64) -> Vec<u8> {
-        dealt_to(sheets, id, &[1, 2, 240])
+        dealt_to(sheets, id, &[1, 2, 239])
     }
 
     /// Frame `plan_id`, in which the first blade had these contacts.
     fn report(plan_id: u64, contacts: u64, sheets: &[u8]) -> FrameReport {
-        let tools = [(1, contacts), (2, 0), (240, 0)].map(|(id, contacts)| ToolReport { id, contacts, ..ToolReport::default() });
+        let tools = [(1, contacts), (2, 0), (239, 0)].map(|(id, contacts)| ToolReport { id, contacts, ..ToolReport::default() });
         FrameReport { plan_id, tools: tools.into(), sheets: sheets.iter().copied().collect(), ..FrameReport::default() }
     }
 
@@ -260,7 +287,7 @@ mod tests {
     fn each_visit_has_a_sheet_of_its_own() {
         let mut sheets = Sheets::default();
         for frame in 0..2 {
-            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "240 would have that of 1");
+            assert_eq!(dealt(&mut sheets, frame), [1, 2, 3], "239 would have that of 1");
         }
         sheets.note(&mut report(0, 9, &[1]));
         assert_eq!(dealt(&mut sheets, 2), [1, 2, 3]);
@@ -269,6 +296,37 @@ mod tests {
         assert_eq!(dealt(&mut sheets, 3), [5, 2, 3], "1 is cut, 2 and 3 are blades', 4 is cut");
         sheets.note(&mut report(2, 0, &[4]));
         assert_eq!(dealt(&mut sheets, 4), [5, 2, 3], "kept until it cuts");
+    }
+
+    /// Bodies are found once when a blade has left the clay, is missing or was taken away, when bodies have
+    /// grown together, and in clay that comes with sides; again where the frame was given up or refused.
+    #[test]
+    fn bodies_are_found_after_each_visit() {
+        let mut sheets = Sheets::default();
+        let finds = |sheets: &mut Sheets, frame, ids: &[u32]| {
+            let tools: Vec<_> = ids.iter().map(|id| (*id, DVec3::ZERO)).collect();
+            planned(sheets, frame, BLADE, &tools).finds_bodies
+        };
+        // In the clay in the first frames, out of it in the third, of which the fifth knows.
+        for frame in 0..7 {
+            assert_eq!(finds(&mut sheets, frame, &[1, 2, 239]), frame == 4, "frame {frame}");
+            sheets.note(&mut report(frame, if frame < 2 { 9 } else { 0 }, &[1]));
+        }
+        sheets.note(&mut FrameReport { joined: 3, ..report(7, 9, &[1]) });
+        // Grown together in 7; the plan of 9 is refused, made once more, and then its frame is given up.
+        let found = [8, 9, 9].map(|frame| finds(&mut sheets, frame, &[1, 2, 239]));
+        assert_eq!(found, [false, true, true]);
+        let mut given_up = FrameReport { health: Health::GIVEN_UP, ..report(9, 0, &[]) };
+        sheets.note(&mut given_up);
+        assert!(finds(&mut sheets, 10, &[1, 2, 239]));
+        // In the clay since 7: missing for two plans.
+        let found: Vec<u64> = (11..15).filter(|frame| finds(&mut sheets, *frame, &[2, 239])).collect();
+        assert_eq!(found, [12]);
+        let mut tagged = Snapshot::new(domain(), ClayMaterial::default(), vec![Particle::at(DVec3::splat(9.0), 1e-9, 0)]);
+        assert!(!finds(&mut Sheets::new(&tagged), 0, &[]));
+        tagged.particles[0].tags[1] = Tag { sheet: 7, side: 1 };
+        let mut sheets = Sheets::new(&tagged);
+        assert_eq!([0, 1].map(|frame| finds(&mut sheets, frame, &[])), [true, false]);
     }
 
     /// A blade that clay runs ahead of is in it as long as it puts particles back.
@@ -288,7 +346,7 @@ mod tests {
     /// loaded first, and its frame's report says so.
     #[test]
     fn oldest_sheet_is_dealt_where_none_is_free() {
-        let all: Vec<u8> = (1..PLATE_SHEET).collect();
+        let all: Vec<u8> = (1..JOINT_SHEET).collect();
         let mut sheets = Sheets::default();
         let mut health = vec![];
         let mut visits = vec![];
@@ -304,7 +362,7 @@ mod tests {
         visits.dedup();
         assert!(visits.len() > 255 && health.contains(&Health::CROWDED), "{}", visits.len());
         // In turn, without the two that the other blades hold.
-        let rounds: Vec<_> = visits.chunks_exact(237).collect();
+        let rounds: Vec<_> = visits.chunks_exact(236).collect();
         assert!(rounds.len() > 1 && rounds.iter().all(|round| *round == rounds[0]), "{visits:?}");
         assert!(visits.iter().all(|sheet| ![2, 3].contains(sheet)));
         let mut given_up = FrameReport { health: Health::GIVEN_UP, ..report(1200, 0, &[]) };
@@ -378,7 +436,7 @@ mod tests {
             StepLimits::default().frame(&ClayMaterial::default(), 0.01, 0.01, &tools).validate().map_err(|error| error.name)
         };
         let plate = ToolShape::Box { half_size: DVec3::new(0.1, 0.001, 0.1) };
-        assert_eq!((plan(BLADE, [1, 239]), plan(plate, [240, 255])), (Ok(()), Ok(())));
+        assert_eq!((plan(BLADE, [1, 238]), plan(plate, [240, 255])), (Ok(()), Ok(())));
         assert_eq!((plan(BLADE, [1, 240]), plan(BLADE, [7, 7])), (Err("sheet"), Err("tool id")));
         assert_eq!((plan(plate, [240, 240]), plan(plate, [0, 0])), (Err("tool id"), Ok(())));
         assert_eq!(plan(ToolShape::Sphere { radius: 0.1 }, [0, 240]), Err("sheet"));

@@ -1,6 +1,6 @@
 //! A tool's way through a frame: samples in time, swept over the substeps and never jumped.
 
-use super::super::cut::PLATE_SHEET;
+use super::super::cut::{JOINT_SHEET, PLATE_SHEET};
 use super::contact::Tool;
 use super::outline::Outline;
 use super::shape::ToolShape;
@@ -87,10 +87,10 @@ impl ToolPath {
     }
 
     /// The sheet that this tool cuts if it is a blade: as given, or the id's, from 1 to below
-    /// [`PLATE_SHEET`] and around.
+    /// [`JOINT_SHEET`] and around.
     #[expect(clippy::cast_possible_truncation, reason = "a remainder of less than 240")]
     pub fn sheet_id(&self) -> u8 {
-        if self.sheet != 0 { self.sheet } else { ((self.id.max(1) - 1) % (u32::from(PLATE_SHEET) - 1)) as u8 + 1 }
+        if self.sheet != 0 { self.sheet } else { ((self.id.max(1) - 1) % (u32::from(JOINT_SHEET) - 1)) as u8 + 1 }
     }
 
     /// What parts the clay, a blade, a wire, or the middle of a plate, where `shape` is the tool's in the

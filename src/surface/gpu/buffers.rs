@@ -1,6 +1,6 @@
 //! Buffers of one clay's surface, by what they hold, and what is bound where.
 
-use super::layout::{Params, Region, SurfaceStatus, Work};
+use super::layout::{BODIES_MAX, PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, Work};
 use super::wgsl::{SCAN_CHUNK, case_words};
 use crate::sim::gpu::label::label;
 use crate::sim::gpu::{GpuError, check};
@@ -14,18 +14,22 @@ pub struct SurfaceRoom {
     pub cell_blocks: u32,
     /// Blocks of 8^3 nodes of the visual grid, at most 65,535.
     pub blocks: u32,
-    /// Cuts with clay on both sides, at most 64.
+    /// Cuts with clay on both sides, at most 64; those of each body by themselves.
     pub sheets: u32,
+    /// Bodies near one block of the visual grid, where there are several in all, at most 256.
+    pub bodies: u32,
+    /// Values of single bodies, by block: as many as bodies are near each block that several are near.
+    pub pages: u32,
 }
 
 impl SurfaceRoom {
-    /// Room for compact clay of so many particles, 8 per cell, with up to 4 cuts.
+    /// Room for compact clay of so many particles, 8 per cell, with up to 4 cuts, and a few bodies.
     pub fn for_particles(count: usize) -> Self {
         // A block holds 512 cells' clay, or 64 on the visual grid; thrice that for the blocks that the
         // surface passes.
         let cells = count / 8;
         let blocks = |cells_per_block: usize| (3 * cells / cells_per_block + 256).min(65_535) as u32;
-        Self { cell_blocks: blocks(512), blocks: blocks(64), sheets: 4 }
+        Self { cell_blocks: blocks(512), blocks: blocks(64), sheets: 4, bodies: 4, pages: 64 }
     }
 
     /// More room, where `status` asks for it.
@@ -35,7 +39,9 @@ impl SurfaceRoom {
         Self {
             cell_blocks: more(self.cell_blocks, status.slot_counts[0]),
             blocks: more(self.blocks, status.slot_counts[1]),
-            sheets: self.sheets.max(status.sheet_count.min(super::layout::SHEETS_MAX as u32)),
+            bodies: self.bodies.max(status.bodies_wanted.min(BODIES_MAX)),
+            pages: more(self.pages, status.page_count),
+            sheets: self.sheets.max(status.sheet_count.min(SHEETS_MAX as u32)),
         }
     }
 }
@@ -65,13 +71,13 @@ pub(super) struct Buffers {
     weights: wgpu::Buffer,
     pub kept: wgpu::Buffer,
     pub kept_blocks: wgpu::Buffer,
-    cells: wgpu::Buffer,
+    pub cells: wgpu::Buffer,
     pub regions: wgpu::Buffer,
     pub work: wgpu::Buffer,
     pub changes: wgpu::Buffer,
     free: [wgpu::Buffer; 2],
     chunks: [wgpu::Buffer; 2],
-    planes: wgpu::Buffer,
+    pub pairs: wgpu::Buffer,
     cases: wgpu::Buffer,
     /// Particles by cell of the cell grid; without grains next to nothing.
     pub occupancy: wgpu::Buffer,
@@ -96,11 +102,12 @@ impl Buffers {
         has_grains: bool,
     ) -> Result<Self, GpuError> {
         let planes = u64::from(1 + 2 * room.sheets);
-        let field_bytes = u64::from(room.blocks) * planes * BLOCK_BYTES;
+        let field_bytes = (u64::from(room.blocks) * planes + u64::from(room.pages)) * BLOCK_BYTES;
+        let cell_bytes = 4 * u64::from(room.blocks) * (4 * 512 + 2 + 2 * u64::from(room.bodies));
         let limits = device.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         let fits = Some(format!("{} blocks of 8^3 nodes with {} cuts", most / (planes * BLOCK_BYTES), room.sheets));
-        check("max_storage_buffer_binding_size", most, field_bytes.max(4 * u64::from(entries[1])), fits)?;
+        check("max_storage_buffer_binding_size", most, field_bytes.max(cell_bytes).max(4 * u64::from(entries[1])), fits)?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let make = |name: &str, bytes: u64, usage: wgpu::BufferUsages| {
             let label = label(&format!("surface {name}"));
@@ -134,13 +141,13 @@ impl Buffers {
             dispatch: storage("dispatch", 96),
             arguments: make("arguments", 96, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
             weights: storage("weights", words(particles)),
-            cells: storage("cells", 3 * u64::from(room.blocks) * BLOCK_BYTES),
+            cells: storage("cells", cell_bytes),
             regions: storage("regions", size_of::<Region>() as u64 * u64::from(room.blocks)),
             work: storage("work", size_of::<Work>() as u64 * u64::from(room.blocks)),
             changes: storage("changes", words(entries[1])),
             free: slots.map(|n| storage("free slots", words(n))),
             chunks: entries.map(|n| storage("chunk sums", words(n.div_ceil(SCAN_CHUNK)))),
-            planes: storage("planes", 4 * 256),
+            pairs: storage("pairs", words(2 * PAIRS_MAX)),
             occupancy: for_grains("occupancy", u64::from(room.cell_blocks) * BLOCK_BYTES),
             grains: for_grains("grains", words(particles)),
             kept_grains: for_grains("kept grains", 4 * words(particles.max(1))),
@@ -172,7 +179,7 @@ impl Buffers {
             15 => &self.cases,
             16 => &self.chunks[level],
             17 => &self.dispatch,
-            18 => &self.planes,
+            18 => &self.pairs,
             19 => &self.grains,
             20 => &self.kept_grains,
             21 => &self.grain_counts,

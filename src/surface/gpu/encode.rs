@@ -66,7 +66,7 @@ enum Groups {
 }
 
 impl GpuSurface {
-    /// Records the passes for `count` particles of 24 bytes
+    /// Records the passes for `count` particles of 28 bytes
     /// ([`SurfaceParticle`](crate::sim::frame::SurfaceParticle)). To be submitted before the next call.
     /// Unless `is_forced`, nothing is written to `target` while the clay is at rest; force it for another
     /// target. Where a mesh is forced, the first of this surface, of another number of particles, or follows
@@ -80,13 +80,8 @@ impl GpuSurface {
         is_forced: bool,
     ) {
         self.upload(queue, count, target, is_forced);
-        let status = |from: usize, to: usize| (from as u64, Some((to - from) as u64));
-        for (from, size) in [
-            status(0, offset_of!(SurfaceStatus, vertex_count)),
-            status(offset_of!(SurfaceStatus, sides), offset_of!(SurfaceStatus, sheets)),
-        ] {
-            encoder.clear_buffer(&self.buffers.status, from, size);
-        }
+        encoder.clear_buffer(&self.buffers.status, 0, Some(offset_of!(SurfaceStatus, vertex_count) as u64));
+        encoder.clear_buffer(&self.buffers.pairs, 0, None);
         encoder.clear_buffer(&self.buffers.changes, 0, None);
         if self.has_grains {
             encoder.clear_buffer(&self.buffers.occupancy, 0, None);
@@ -105,7 +100,12 @@ impl GpuSurface {
                 (Id::ScanWrite, level, by_chunk),
             ]);
         }
-        passes.extend([(Id::Survey, visual, by_particle), (Id::Assign, visual, Groups::Count(1))]);
+        passes.extend([
+            (Id::Survey, visual, by_particle),
+            (Id::FindBodies, visual, by_particle),
+            (Id::DealPages, visual, Groups::Count(1)),
+            (Id::Assign, visual, Groups::Count(1)),
+        ]);
         self.run(encoder, &passes, Some(particles), target);
         let mut fields = vec![
             (Id::ScatterDensity, cells, by_particle),

@@ -1,11 +1,13 @@
 //! Fields to and from the device, for tests that compare it with the processor.
 
+use super::super::bodies::BodyField;
 use super::super::field::{Field, SheetField};
 use super::super::grid::{BLOCK_NODES, BlockGrid, NodeValues};
 use super::layout::SurfaceStatus;
 use super::surface::GpuSurface;
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec3};
+use std::collections::BTreeSet;
 
 impl GpuSurface {
     /// Puts fields there instead of a clay's. The grid's blocks must begin at -1 and be as many as this
@@ -51,21 +53,21 @@ impl GpuSurface {
         }
     }
 
-    /// The buffers that [`Self::field_of`] reads, of the last run: blocks, fields.
+    /// The buffers that [`Self::field_of`] reads, of the last run: blocks, cells, fields.
     #[doc(hidden)]
-    pub fn field_buffers(&self) -> [&wgpu::Buffer; 2] {
-        [&self.buffers.blocks[1], &self.buffers.fields]
+    pub fn field_buffers(&self) -> [&wgpu::Buffer; 3] {
+        [&self.buffers.blocks[1], &self.buffers.cells, &self.buffers.fields]
     }
 
     /// [`Self::field_buffers`] of the mesh: each block's values are those of its last extraction.
     #[doc(hidden)]
-    pub fn kept_field_buffers(&self) -> [&wgpu::Buffer; 2] {
-        [&self.buffers.kept_blocks, &self.buffers.kept]
+    pub fn kept_field_buffers(&self) -> [&wgpu::Buffer; 3] {
+        [&self.buffers.kept_blocks, &self.buffers.cells, &self.buffers.kept]
     }
 
     /// Fields, from the status and the words of the buffers.
     #[doc(hidden)]
-    pub fn field_of(&self, status: &SurfaceStatus, blocks: &[u32], values: &[f32]) -> Field {
+    pub fn field_of(&self, status: &SurfaceStatus, [blocks, cells, values]: [&[u32]; 3]) -> Field {
         let extent = IVec3::from_array(self.params[1].blocks);
         // By entry, as the grid has them.
         let mut stored: Vec<(u32, usize)> = blocks.iter().copied().zip(0..).filter(|(entry, _)| *entry != u32::MAX).collect();
@@ -78,17 +80,49 @@ impl GpuSurface {
                 stored.len(),
                 |_| true,
                 |block, out| {
-                    out.copy_from_slice(&values[(stored[block].1 * planes + plane) * BLOCK_NODES..][..BLOCK_NODES]);
+                    let values = &values[(stored[block].1 * planes + plane) * BLOCK_NODES..][..BLOCK_NODES];
+                    out.copy_from_slice(bytemuck::cast_slice(values));
                 },
             )
         };
-        let sheet = |s: usize| SheetField { sheet: status.sheets[s] as u8, front: plane(2 * s + 1), back: plane(2 * s + 2) };
+        let slots: Vec<usize> = stored.iter().map(|block| block.1).collect();
+        let bodies = if status.has_bodies == 0 { vec![] } else { self.bodies_of(&slots, cells, values) };
+        let sheet = |s: usize| {
+            let (body, sheet) = (status.sheets[s] >> 8, status.sheets[s] as u8);
+            SheetField { body, sheet, front: plane(2 * s + 1), back: plane(2 * s + 2) }
+        };
         Field {
             grid,
             total: plane(0),
+            bodies,
             sheets: (0..status.sheet_count as usize).map(sheet).collect(),
             origin: DVec3::from_array(self.params[1].origin.map(f64::from)),
             spacing: f64::from(self.params[1].spacing),
         }
+    }
+
+    /// The bodies near the slots of some blocks.
+    fn bodies_of(&self, slots: &[usize], cells: &[u32], values: &[u32]) -> Vec<BodyField> {
+        let room = self.room;
+        let each = 4 * BLOCK_NODES + 2 + 2 * room.bodies as usize;
+        // First page and numbers.
+        let list = |slot: usize| {
+            let list = &cells[slot * each + 4 * BLOCK_NODES..];
+            (list[0] as usize, &list[2..][..list[1] as usize])
+        };
+        let numbers: BTreeSet<u32> = slots.iter().flat_map(|slot| list(*slot).1).copied().collect();
+        let pages = room.blocks as usize * (1 + 2 * room.sheets as usize);
+        let field = |body: u32| {
+            let near = |block: usize| list(slots[block]).1.contains(&body);
+            let is_alone = |block: usize| list(slots[block]).1 == [body];
+            let fill = |block: usize, out: &mut [f32]| {
+                let (first, bodies) = list(slots[block]);
+                let page = pages + first + bodies.partition_point(|b| *b < body);
+                out.copy_from_slice(bytemuck::cast_slice(&values[page * BLOCK_NODES..][..BLOCK_NODES]));
+            };
+            let values = NodeValues::new(slots.len(), |block| near(block) && !is_alone(block), fill);
+            BodyField { body, is_alone: (0..slots.len()).map(is_alone).collect(), values }
+        };
+        numbers.into_iter().map(field).collect()
     }
 }

@@ -19,7 +19,12 @@ fn label_word(label: u32, k: u32) -> u32 {
     return (label >> (1u + 9u * k)) & 511u;
 }
 
-// 4: whether a sheet parts two nodes; words differ in the side alone.
+// 4: whether two nodes are of different bodies.
+fn are_of_two(a: u32, b: u32) -> bool {
+    return a != b && a != NOBODY && b != NOBODY;
+}
+
+// 4: whether a sheet parts two nodes of a body; words differ in the side alone.
 fn is_parted(a: u32, b: u32) -> bool {
     for (var i = 0u; i < CUTS_MAX; i++) {
         let word = label_word(a, i);

@@ -8,6 +8,10 @@ pub const VERTEX_WORDS: u32 = 7;
 
 /// Most cuts with fields of their own.
 pub(super) const SHEETS_MAX: usize = 64;
+/// Most cuts, those of each body by themselves, with clay on one side or both.
+pub(super) const PAIRS_MAX: u32 = 1024;
+/// Most bodies near one block.
+pub(super) const BODIES_MAX: u32 = 256;
 
 /// Bits of [`SurfaceStatus::flags`].
 pub mod flag {
@@ -17,6 +21,8 @@ pub mod flag {
     pub const SHEETS_FULL: u32 = 2;
     /// More vertices or indices than there is room for.
     pub const MESH_FULL: u32 = 4;
+    /// More bodies near one block, or more values of bodies, than there is room for.
+    pub const BODIES_FULL: u32 = 8;
 }
 
 twins! {
@@ -72,8 +78,10 @@ twins! {
         pub has_grains: u32 = "u32",
         /// \[m\]
         pub cell_width: f32 = "f32",
-        /// nothing
-        pub spare: [u32; 2] = "vec2u",
+        /// bodies near a block that there is room for
+        pub body_capacity: u32 = "u32",
+        /// blocks' values of single bodies that there is room for
+        pub page_capacity: u32 = "u32",
     }
 }
 
@@ -115,6 +123,18 @@ twins! {
         pub sheet_count: u32 = "u32",
         /// 1 if anything was extracted.
         pub is_changed: u32 = "atomic<u32>",
+        /// Whether not all particles are of the first one's body.
+        pub(super) has_others: u32 = "atomic<u32>",
+        /// The same, once there is room for what follows from it.
+        pub(super) has_bodies: u32 = "u32",
+        /// Most bodies near a block that several are near.
+        pub(super) body_most: u32 = "u32",
+        /// Blocks' values of single bodies.
+        pub(super) page_count: u32 = "u32",
+        /// Bodies near a block for which room is wanted, where there was none.
+        pub(super) bodies_wanted: u32 = "atomic<u32>",
+        /// Whether other bodies are near a block than before, or their values stand elsewhere.
+        pub(super) is_relisted: u32 = "u32",
         /// Vertices of the last extraction, with those between the regions of blocks. Kept.
         pub vertex_count: u32 = "u32",
         /// Indices of the last extraction, with those of triangles without size. Kept.
@@ -125,13 +145,13 @@ twins! {
         pub(super) kept_slots: u32 = "u32",
         /// Kept: cuts.
         pub(super) kept_sheets: u32 = "u32",
+        /// Kept: whether there were several bodies.
+        pub(super) kept_bodies: u32 = "u32",
         /// Extractions so far. Kept.
         pub extraction_count: u32 = "u32",
         /// Particles that the surface does not show.
         pub(super) found_grains: u32 = "u32",
-        /// Bit by sheet: clay in front, clay behind.
-        pub(super) sides: [u32; 16] = "array<atomic<u32>, 16>",
-        /// Numbers of the cuts with fields, in order.
+        /// The cuts with fields, in order: number of the body << 8 | number of the sheet.
         pub(super) sheets: [u32; SHEETS_MAX] = "array<u32, SHEETS_MAX>",
         /// Balls of the last extraction, for particles that the surface does not show; their vertices and
         /// indices are the last ones. Kept.
@@ -146,6 +166,9 @@ twins! {
         pub(super) is_all: u32 = "u32",
         /// Kept: whether the mesh is not the last run's, which found no room.
         pub(super) is_stale: u32 = "u32",
+        /// Blocks that the last extraction went through: those with other values, those that see them, those
+        /// that are gone. Kept.
+        pub block_count: u32 = "u32",
         /// Kept: vertices and triangles up to the end of the blocks' regions.
         pub(super) mesh_end: [u32; 2] = "vec2u",
         /// Vertices and triangles for which the last extraction wants room: without so much, all blocks are
@@ -153,11 +176,6 @@ twins! {
         pub wanted: [u32; 2] = "vec2u",
         /// Vertices and triangles that the last extraction has, and must have room for. Kept.
         pub least: [u32; 2] = "vec2u",
-        /// Blocks that the last extraction went through: those with other values, those that see them, those
-        /// that are gone. Kept.
-        pub block_count: u32 = "u32",
-        /// Nothing.
-        pub(super) spare: u32 = "u32",
     }
 }
 

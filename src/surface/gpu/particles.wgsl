@@ -1,4 +1,4 @@
-// Particles: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet, side).
+// Particles: place [cells], volume ratio, rest volume over a cell's, tags (sheet, side, sheet, side), body.
 
 @group(0) @binding(2) var<storage, read> particles: array<u32>;
 
@@ -11,6 +11,10 @@ fn place_of(i: u32) -> vec3f {
 fn volume_of(i: u32) -> f32 {
     let at = SURFACE_PARTICLE_WORDS * i;
     return bitcast<f32>(particles[at + SURFACE_PARTICLE_DENSITY_WEIGHT]) * bitcast<f32>(particles[at + SURFACE_PARTICLE_VOLUME_RATIO]);
+}
+
+fn body_of(i: u32) -> u32 {
+    return particles[SURFACE_PARTICLE_WORDS * i + SURFACE_PARTICLE_BODY];
 }
 
 // By its bits: comparisons with NaN may be optimised away.
@@ -39,7 +43,7 @@ fn raw_tag(bits: u32, slot: u32) -> Tag {
     let tag = bits >> (16u * slot);
     // The size of a side is a counter of the engine's.
     let side = i32(tag << 16u) >> 24u;
-    if side == 0 { return Tag(0u, 0); }
+    if side == 0 || (tag & 255u) == JOINT_SHEET { return Tag(0u, 0); }
     return Tag(tag & 255u, sign(side));
 }
 

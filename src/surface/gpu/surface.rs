@@ -148,6 +148,7 @@ fn params(domain: &Domain, settings: &SurfaceSettings, room: SurfaceRoom, level:
         method: u32::from(settings.method == CutMethod::Equation9),
         has_grains: 0,
         cell_width: domain.cell_width as f32,
-        spare: [0; 2],
+        body_capacity: room.bodies,
+        page_capacity: room.pages,
     }
 }

@@ -1,7 +1,7 @@
 // A block and its neighbours: what stands at nodes from -1 to 9 from its first node. One workgroup a block.
 
 @group(0) @binding(23) var<storage, read> work: array<Work>;
-@group(0) @binding(9) var<storage, read_write> cells: array<u32>; // by slot: 512 labels, own values, bodies
+@group(0) @binding(9) var<storage, read_write> cells: array<u32>; // by slot, see lists.wgsl
 
 var<workgroup> near: array<u32, 27>; // slots + 1
 
@@ -20,14 +20,19 @@ fn slot_near(node: vec3i) -> u32 {
 fn cell_word(node: vec3i, section: u32) -> u32 {
     let slot = slot_near(node);
     if slot == 0u { return 0u; }
-    return cells[(slot - 1u) * 1536u + section * 512u + local_index(node)];
+    return cells[cells_first(slot - 1u) + section * 512u + local_index(node)];
 }
 
 fn label_at(node: vec3i) -> u32 {
     return cell_word(node, 0u);
 }
 
-// 3 bits per corner: the first corner of its body.
+fn body_at(node: vec3i) -> u32 {
+    if slot_near(node) == 0u { return NOBODY; }
+    return cell_word(node, 3u);
+}
+
+// 3 bits per corner: the first corner of its body of the cell.
 fn bodies_at(cell: vec3i) -> u32 {
     return cell_word(cell, 2u);
 }

@@ -6,7 +6,8 @@ use super::super::clusters::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
-use super::layout::{Params, Region, SHEETS_MAX, SurfaceStatus, VERTEX_WORDS, Work, flag};
+use super::layout::{PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, VERTEX_WORDS, Work, flag};
+use crate::sim::cut::JOINT_SHEET;
 use crate::sim::gpu::layout::{SURFACE_PARTICLE, Twin};
 use std::fmt::Write;
 
@@ -28,6 +29,8 @@ pub(super) struct Pass {
 const PARTICLES: &str = include_str!("particles.wgsl");
 const TABLE: &str = include_str!("table.wgsl");
 const SUMS: &str = include_str!("sums.wgsl");
+const LISTS: &str = include_str!("lists.wgsl");
+const BODIES: &str = include_str!("bodies.wgsl");
 const LABELS: &str = include_str!("labels.wgsl");
 const TILE: &str = include_str!("tile.wgsl");
 const WALK: &str = include_str!("walk.wgsl");
@@ -56,27 +59,29 @@ passes! {
     ScanSums = "scan_sums" "scan_sums" [];
     ScanChunks = "scan_chunks" "scan_chunks" [];
     ScanWrite = "scan_write" "scan_write" [];
-    // Cuts.
+    // Cuts and bodies.
     Survey = "survey" "survey" [PARTICLES];
+    FindBodies = "find_bodies" "find_bodies" [PARTICLES, TABLE, LISTS];
+    DealPages = "deal_pages" "deal_pages" [LISTS];
     Assign = "assign" "assign" [];
     // Fields.
     ScatterDensity = "scatter_density" "scatter_density" [PARTICLES, TABLE, SUMS];
     Weigh = "weigh" "weigh" [PARTICLES, TABLE, SUMS];
-    Scatter = "scatter" "scatter" [PARTICLES, TABLE, SUMS];
-    Filter = "filter" "filter_fields" [TABLE];
+    Scatter = "scatter" "scatter" [PARTICLES, TABLE, SUMS, LISTS, BODIES];
+    Filter = "filter" "filter_fields" [TABLE, LISTS, BODIES];
     // Grains.
     FindGrains = "find_grains" "find_grains" [PARTICLES, TABLE];
     GrainOffsets = "grain_offsets" "grain_offsets" [];
     // Whether anything has changed.
-    Compare = "compare" "compare" [];
+    Compare = "compare" "compare" [LISTS, BODIES];
     Decide = "decide" "decide" [];
     Collect = "collect" "collect" [];
     // Mesh.
-    Label = "label" "label" [LABELS];
-    Bodies = "bodies" "bodies" [TABLE, LABELS, TILE];
-    Count = "count" "count" [TABLE, TILE, WALK];
+    Label = "label" "label" [LABELS, LISTS, BODIES];
+    Bodies = "bodies" "bodies" [TABLE, LABELS, LISTS, TILE];
+    Count = "count" "count" [TABLE, LISTS, TILE, WALK];
     Offsets = "offsets" "offsets" [BALL];
-    Emit = "emit" "emit" [TABLE, LABELS, TILE, WALK, VERTEX];
+    Emit = "emit" "emit" [TABLE, LABELS, LISTS, BODIES, TILE, WALK, VERTEX];
     Balls = "balls" "balls" [PARTICLES, BALL];
     Tail = "tail" "tail" [];
 }
@@ -94,6 +99,8 @@ pub(super) fn compose(pass: &Pass) -> String {
     let unsigned = [
         ("SCAN_CHUNK", SCAN_CHUNK),
         ("SHEETS_MAX", SHEETS_MAX as u32),
+        ("PAIRS_MAX", PAIRS_MAX),
+        ("JOINT_SHEET", u32::from(JOINT_SHEET)),
         ("CUTS_MAX", CUTS_MAX as u32),
         ("VERTEX_WORDS", VERTEX_WORDS),
         ("CLUSTER_MIN", CLUSTER_MIN as u32),
@@ -101,6 +108,7 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("BLOCKS_FULL", flag::BLOCKS_FULL),
         ("SHEETS_FULL", flag::SHEETS_FULL),
         ("MESH_FULL", flag::MESH_FULL),
+        ("BODIES_FULL", flag::BODIES_FULL),
     ];
     for (name, value) in unsigned.into_iter().chain(SURFACE_PARTICLE) {
         // Writing to a string does not fail.

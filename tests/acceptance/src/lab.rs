@@ -307,7 +307,7 @@ impl Lab {
             unreachable!("no frame is under way");
         };
         (self.plan.id, self.plan.steps, self.plan.tools) = (planned.id, steps, planned.tools);
-        let mut plan = self.plan.clone();
+        let mut plan = FramePlan { finds_bodies: planned.finds_bodies, ..self.plan.clone() };
         if is_implicit() {
             (plan.integrator, plan.dt, plan.steps) = (planned.integrator, planned.dt, planned.steps);
             // They damp by themselves what is faster than they are.

@@ -124,6 +124,17 @@ fn carried_sides_agree() {
 }
 
 #[test]
+fn bodies_agree() {
+    assert_all(agreement::bodies());
+}
+
+/// A cut that has gone through gives way to a body, and two bodies are one where they have grown together.
+#[test]
+fn found_bodies_agree() {
+    assert_all(agreement::found_bodies());
+}
+
+#[test]
 fn all_blades_agree() {
     assert_all(agreement::all_blades());
 }

@@ -7,7 +7,7 @@ use super::{Step, measure};
 use crate::hand::ToolKind;
 use bevy::prelude::*;
 use bevy_clay::prelude::*;
-use bevy_clay::sim::cut::CutKey;
+use bevy_clay::sim::cut::ClassKey;
 use bevy_clay::sim::snapshot::Particle;
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::HashMap;
@@ -55,7 +55,7 @@ fn blade(world: &World, y: f64) -> Pose {
 fn sides(before: &Before, after: &Snapshot, cell: f64) -> Result<String, String> {
     let place = |p: &Particle| before.clay.domain.to_world(p.grid()).x - before.plane;
     let places: HashMap<u32, f64> = before.clay.particles.iter().map(|p| (p.id, place(p) / cell)).collect();
-    let side = |p: &Particle| CutKey::of(p.tags).sides().next().map(|(_, side)| side);
+    let side = |p: &Particle| ClassKey::new(p.body, p.tags).sides().next().map(|(_, side)| side);
     let mut beside: Vec<(i8, f64)> = after.particles.iter().filter_map(|p| Some((side(p)?, *places.get(&p.id)?))).collect();
     // Which side is which: the blade has a front.
     let front: f64 = beside.iter().map(|(side, x)| f64::from(*side) * x).sum();

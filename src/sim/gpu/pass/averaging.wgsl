@@ -11,7 +11,7 @@ fn strain_of(i: u32) -> Sym {
 }
 
 fn key_at(i: u32) -> u32 {
-    return key_of(bitcast<u32>(state[at(VELOCITY, i)].w));
+    return key_of(body_at(i), bitcast<u32>(state[at(VELOCITY, i)].w));
 }
 
 // Of the difference to its cell's mean, that a particle takes.

@@ -12,7 +12,9 @@ fn begin() {
     atomicStore(&status.reach_met, 0u);
     atomicStore(&status.crowded, 0u);
     atomicStore(&status.welded, 0u);
+    atomicStore(&status.joined, 0u);
     atomicStore(&status.carried, 0u);
+    atomicStore(&status.body_max, 0u);
     for (var i = 0u; i < 8u; i++) {
         atomicStore(&status.sheets[i], 0u);
     }

@@ -3,7 +3,7 @@
 
 // The lowest sheet of a cut above `last` in the clay that the stencil reaches; 0 if there is none.
 fn next_sheet_about(base: vec3i, last: u32) -> u32 {
-    var next = PLATE_SHEET;
+    var next = JOINT_SHEET;
     let low = base >> vec3u(2u);
     let high = (base + 2) >> vec3u(2u);
     for (var b = 0u; b < 8u; b++) {
@@ -14,13 +14,12 @@ fn next_sheet_about(base: vec3i, last: u32) -> u32 {
         for (var c = 1u; c < CLASSES; c++) {
             let key = key_at(slot - 1u, c);
             if key == 0u { break; }
-            let first = key >> 17u;
-            let second = (key & 0xffffu) >> 1u;
-            if first > last { next = min(next, first); }
-            if second > last { next = min(next, second); }
+            let sheets = sheets_of(key);
+            if sheets.x > last { next = min(next, sheets.x); }
+            if sheets.y > last { next = min(next, sheets.y); }
         }
     }
-    return select(next, 0u, next == PLATE_SHEET);
+    return select(next, 0u, next == JOINT_SHEET);
 }
 
 // Whether tags have room for a side of the sheet, have none, and have not grown together there.
@@ -49,11 +48,12 @@ fn carry(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     var tags = bitcast<u32>(state[at(VELOCITY, i)].w);
     if (tags & 0xff00u) != 0u && (tags & 0xff000000u) != 0u { return; }
     let s = stencil(state[at(POSITION, i)]);
+    let body = body_at(i);
     let before = tags;
     var sheet = next_sheet_about(s.base, 0u);
     while sheet != 0u {
         if is_open(tags, sheet) && !is_spared(sheet) {
-            let side = carried(sides_about(s, sheet));
+            let side = carried(sides_about(s, body, sheet));
             if side != 0 {
                 // The newest sheet comes first.
                 tags = select(tags & 0xffff0000u, tags << 16u, (tags & 0xff00u) != 0u);

@@ -1,12 +1,13 @@
-// Enters the keys of tagged particles into the lists of the blocks that their stencils reach: the greatest
-// first, so that nothing depends on who entered first, not even which find no room.
+// Enters the keys of particles that are tagged or of another body than the first into the lists of the blocks
+// that their stencils reach: the greatest first, so that nothing depends on who entered first, not even which
+// find no room.
 
 @group(0) @binding(16) var<storage, read_write> cuts: array<atomic<u32>>;
 
 const KEYS: u32 = CLASSES - 1u;
 
 fn enter(slot: u32, key: u32) {
-    let first = slot * KEYS * 65u;
+    let first = slot * CUT_WORDS;
     // Most particles find theirs entered.
     for (var c = 0u; c < KEYS; c++) {
         let here = atomicLoad(&cuts[first + c]);
@@ -28,7 +29,7 @@ fn enter(slot: u32, key: u32) {
 fn classes(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
     if i >= params.particle_count || is_halted() { return; }
-    let key = key_of(bitcast<u32>(state[at(VELOCITY, i)].w));
+    let key = key_of(body_at(i), bitcast<u32>(state[at(VELOCITY, i)].w));
     if key == 0u { return; }
     let base = stencil(state[at(POSITION, i)]).base;
     let low = base >> vec3u(2u);

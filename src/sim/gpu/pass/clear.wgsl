@@ -10,7 +10,7 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if is_halted() { return; }
     if i == 0u { atomicAdd(&status.substep, 1u); }
     let slots = atomicLoad(&status.slot_count);
-    if i < slots * (CLASSES - 1u) { cuts[i / (CLASSES - 1u) * (CLASSES - 1u) * 65u + i % (CLASSES - 1u)] = 0u; }
+    if i < slots * (CLASSES - 1u) { cuts[i / (CLASSES - 1u) * CUT_WORDS + i % (CLASSES - 1u)] = 0u; }
     if i < 2u * slots { blocks[params.slot_capacity + i] = 0u; }
     if i < slots { blocks[3u * params.slot_capacity + i] = 0u; }
     if i >= slots * CLASSES * 64u { return; }

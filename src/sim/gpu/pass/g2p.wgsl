@@ -19,7 +19,7 @@ fn g2p(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
     let position = state[at(POSITION, i)];
     let tags = state[at(VELOCITY, i)].w;
     let s = stencil(position);
-    let key = key_of(bitcast<u32>(tags));
+    let key = key_of(body_at(i), bitcast<u32>(tags));
     var after: Seen;
     var before: Seen;
     for (var xy = 0; xy < 9; xy++) {

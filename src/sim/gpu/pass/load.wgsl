@@ -41,7 +41,7 @@ fn load(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     state[at(STRAIN, i)] = vec4f(e.d, e.o.x);
     state[at(STRAIN + 1u, i)] = vec4f(e.o.yz, number(r + RECORD_HARDENING), bitcast<f32>(i));
     state[at(STRESS, i)] = vec4f(tau.d, tau.o.x);
-    state[at(STRESS + 1u, i)] = vec4f(tau.o.yz, number(r + RECORD_WALLS), 0.0);
+    state[at(STRESS + 1u, i)] = vec4f(tau.o.yz, number(r + RECORD_WALLS), number(r + RECORD_BODY));
     state[at(WAY, i)] = vec4f(v * min(1.0, params.travel_limit / max(length(v), 1e-30)), 0.0);
     if params.pressing == 0u { return; }
     for (var a = 0u; a < ANCHORS_MAX; a++) {

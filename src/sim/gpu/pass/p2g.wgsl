@@ -41,7 +41,7 @@ fn p2g(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec
         halt(OVERFLOW);
         return;
     }
-    let key = key_of(bitcast<u32>(velocity.w));
+    let key = key_of(body_at(i), bitcast<u32>(velocity.w));
     for (var xy = 0; xy < 9; xy++) {
         let o = vec2i(xy / 3, xy % 3);
         let first = s.base + vec3i(o, 0);

@@ -41,6 +41,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     stored[r + RECORD_ID] = records[from_ + RECORD_ID];
     stored[r + RECORD_TAGS] = bitcast<u32>(velocity.w);
     stored[r + RECORD_WALLS] = bitcast<u32>(state[at(STRESS + 1u, i)].z);
+    stored[r + RECORD_BODY] = body_at(i);
     for (var anchor = 0u; anchor < ANCHORS_MAX; anchor++) {
         var words = vec4u(0u);
         // Without solid tools there is nothing to cling to.
@@ -48,6 +49,7 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
         for (var word = 0u; word < 4u; word++) { stored[r + RECORD_ANCHORS + 4u * anchor + word] = words[word]; }
     }
 
+    atomicMax(&status.body_max, body_at(i));
     let tags = bitcast<u32>(velocity.w);
     if (tags & 0xff00u) != 0u { atomicOr(&status.sheets[(tags & 255u) / 32u], 1u << (tags & 31u)); }
     if (tags & 0xff000000u) != 0u { atomicOr(&status.sheets[((tags >> 16u) & 255u) / 32u], 1u << ((tags >> 16u) & 31u)); }
@@ -62,4 +64,5 @@ fn store(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     surface[q + SURFACE_PARTICLE_VOLUME_RATIO] = bitcast<u32>(sqrt(max(det, 0.0)));
     surface[q + SURFACE_PARTICLE_DENSITY_WEIGHT] = bitcast<u32>(a0.w * params.density_unit);
     surface[q + SURFACE_PARTICLE_TAGS] = bitcast<u32>(velocity.w);
+    surface[q + SURFACE_PARTICLE_BODY] = body_at(i);
 }

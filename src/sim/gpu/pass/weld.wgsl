@@ -1,34 +1,80 @@
-// Where the two sides of a cut, pressed on each other, grow together: at a frame's end, by the node masses of
-// its last substep.
+// Where the two sides of a cut, or two bodies, pressed on each other grow together: at a frame's end, by the
+// node masses of its last substep.
+
+// Whether clay of another body may be at the nodes of a stencil.
+fn meets_others(base: vec3i, body: u32) -> bool {
+    // The first body's clay has no key that would tell.
+    if body != 0u { return true; }
+    let low = base >> vec3u(2u);
+    let high = (base + 2) >> vec3u(2u);
+    for (var b = 0u; b < 8u; b++) {
+        let is_high = (vec3u(b, b >> 1u, b >> 2u) & vec3u(1u)) == vec3u(1u);
+        let slot = table[block_index(select(low, high, is_high))];
+        // The greatest key comes first.
+        if slot != 0u && body_of(key_at(slot - 1u, 1u)) != 0u { return true; }
+    }
+    return false;
+}
+
+// Whether the clay presses across the normal there; none where the two sides do not meet.
+fn is_pressed(tau: Sym, ratio: f32, n: vec3f) -> bool {
+    let traction = vec3f(dot(vec3f(tau.d.x, tau.o.x, tau.o.y), n), dot(vec3f(tau.o.x, tau.d.y, tau.o.z), n), dot(vec3f(tau.o.y, tau.o.z, tau.d.z), n));
+    return any(n != vec3f(0.0)) && dot(n, traction) < -params.weld_stress * ratio;
+}
+
+// A tag after a frame in which it was pressed, or was not. Its count is the magnitude of its side, a signed
+// byte.
+fn counted(tag: u32, pressed: bool) -> u32 {
+    let side = tag >> 8u;
+    let is_front = side < 128u;
+    let count = select(1u, select(256u - side, side, is_front) + params.weld_step, pressed);
+    if count > WELD_PARTS {
+        atomicAdd(&status.welded, 1u);
+        if (tag & 255u) == JOINT_SHEET { atomicAdd(&status.joined, 1u); }
+        return tag & 255u;
+    }
+    return (tag & 255u) | (select(256u - count, count, is_front) << 8u);
+}
+
+// The tags of a particle that meets another body, or none: see `WeldRule::count_joint`.
+fn with_joint(tags: u32, pressed: bool) -> u32 {
+    var shift = 0u;
+    if (tags & 255u) != JOINT_SHEET { shift = 16u; }
+    let joint = (tags >> shift) & 0xffffu;
+    if (joint & 255u) == JOINT_SHEET {
+        if (joint >> 8u) == 0u { return tags; }
+        if pressed { return (tags & ~(0xffffu << shift)) | (counted(joint, true) << shift); }
+        return select(tags & 0xffffu, tags >> 16u, shift == 0u);
+    }
+    let is_full = (tags & 0xff00u) != 0u && (tags & 0xff000000u) != 0u;
+    if !pressed || is_full { return tags; }
+    shift = select(0u, 16u, (tags & 0xff00u) != 0u);
+    return (tags & ~(0xffffu << shift)) | (counted(JOINT_SHEET | (1u << 8u), true) << shift);
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn weld(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) k: u32) {
     let i = invocation(group, groups, k);
     if i >= params.particle_count || is_halted() { return; }
     var tags = bitcast<u32>(state[at(VELOCITY, i)].w);
-    if (tags & 0xff00ff00u) == 0u { return; }
     let s = stencil(state[at(POSITION, i)]);
+    let body = body_at(i);
+    let meets = meets_others(s.base, body);
+    if !meets && (tags & 0xff00ff00u) == 0u { return; }
     let a = state[at(STRAIN, i)];
     let e = Sym(a.xyz, vec3f(a.w, state[at(STRAIN + 1u, i)].xy));
     let tau = stress(e);
     let ratio = 1.0 + expm1(trace(hencky(e)));
     for (var shift = 0u; shift < 32u; shift += 16u) {
         let tag = (tags >> shift) & 0xffffu;
-        let side = tag >> 8u;
-        if side == 0u || is_spared(tag & 255u) { continue; }
-        let n = normal_of(sides_about(s, tag & 255u));
+        let sheet = tag & 255u;
+        if (tag >> 8u) == 0u || sheet == JOINT_SHEET || is_spared(sheet) { continue; }
+        let n = normal_of(sides_about(s, body, sheet));
         if all(n == vec3f(0.0)) { continue; }
-        let traction = vec3f(dot(vec3f(tau.d.x, tau.o.x, tau.o.y), n), dot(vec3f(tau.o.x, tau.d.y, tau.o.z), n), dot(vec3f(tau.o.y, tau.o.z, tau.d.z), n));
-        // The count of a tag is the magnitude of its side, a signed byte.
-        let is_front = side < 128u;
-        var count = select(256u - side, side, is_front) + params.weld_step;
-        if dot(n, traction) >= -params.weld_stress * ratio { count = 1u; }
-        var new_tag = (tag & 255u) | (select(256u - count, count, is_front) << 8u);
-        if count > WELD_PARTS {
-            new_tag = tag & 255u;
-            atomicAdd(&status.welded, 1u);
-        }
-        tags = (tags & ~(0xffffu << shift)) | (new_tag << shift);
+        tags = (tags & ~(0xffffu << shift)) | (counted(tag, is_pressed(tau, ratio, n)) << shift);
     }
+    var n = vec3f(0.0);
+    if meets { n = normal_of(sides_about(s, body, OTHERS)); }
+    tags = with_joint(tags, is_pressed(tau, ratio, n));
     state[at(VELOCITY, i)].w = bitcast<f32>(tags);
 }

@@ -1,7 +1,7 @@
 //! What a step starts from: the slots of nodes, which of them move together, and what they would do without
 //! stress and contact.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MIN, GUESS_WAY_MAX};
 use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
@@ -57,7 +57,7 @@ impl Begun {
         modulus: f64,
     ) -> Self {
         grid.find_cuts(state, tiles);
-        let mut slots: Vec<Place> = state.blocks.iter().map(|block| Place { block: *block, key: CutKey::UNTAGGED }).collect();
+        let mut slots: Vec<Place> = state.blocks.iter().map(|block| Place { block: *block, key: ClassKey::FIRST }).collect();
         let mut first_tagged = vec![];
         for (i, block) in state.blocks.iter().enumerate() {
             first_tagged.push(slots.len());
@@ -66,7 +66,7 @@ impl Begun {
         }
         let tagged_slots = state.runs.iter().enumerate().map(|(i, run)| {
             let keys = grid.cut_slot[i].checked_sub(1).map_or(&[][..], |cut| &grid.cuts[cut as usize].keys);
-            let slot = |key: &CutKey| keys.binary_search(key).map_or(i as u32, |at| (first_tagged[i] + at) as u32);
+            let slot = |key: &ClassKey| keys.binary_search(key).map_or(i as u32, |at| (first_tagged[i] + at) as u32);
             run.tagged.iter().map(|(key, _)| slot(key)).collect()
         });
         let tagged_slots = tagged_slots.collect();
@@ -75,6 +75,8 @@ impl Begun {
         let mut layout = Layout { slots, ..Layout::default() };
         layout.find_neighbours(&index);
         let sums: Vec<_> = (0..layout.slots.len()).into_par_iter().map(|slot| nodes_of(&layout, tiles, slot)).collect();
+        grid.nodes.clear();
+        grid.nodes.extend_from_slice(&sums[..state.blocks.len()]);
         for (i, cut) in grid.cut_slot.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.checked_sub(1)?))) {
             let cut = &mut grid.cuts[cut as usize];
             cut.nodes.clear();

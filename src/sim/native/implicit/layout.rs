@@ -4,7 +4,7 @@
 //! its own, the slots of its class, and where there is none the untagged one. A class has a slot in every
 //! block whose nodes its clay reaches, so that cells of a class have all their corners in slots of it.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::state::NEIGHBOURS;
 use super::vectors::{Block3, for_each};
 use glam::IVec3;
@@ -13,7 +13,7 @@ use glam::IVec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) block: IVec3,
-    pub(super) key: CutKey,
+    pub(super) key: ClassKey,
 }
 
 /// A node that is no unknown of its own: it moves as `image` of another, component by component -1, 0 or 1.
@@ -104,7 +104,7 @@ impl Layout {
 
 /// Finds slots by block and class.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Index(Vec<(u64, CutKey, u32)>);
+pub(super) struct Index(Vec<(u64, ClassKey, u32)>);
 
 /// A block's coordinates in one number.
 fn packed(block: IVec3) -> u64 {
@@ -121,13 +121,13 @@ impl Index {
     }
 
     /// The slot of a class in a block.
-    pub(super) fn find(&self, block: IVec3, key: CutKey) -> Option<u32> {
+    pub(super) fn find(&self, block: IVec3, key: ClassKey) -> Option<u32> {
         let at = self.0.binary_search_by_key(&(packed(block), key), |entry| (entry.0, entry.1)).ok()?;
         Some(self.0[at].2)
     }
 
     /// The slot that clay of a class sees in a block.
-    pub(super) fn seen(&self, block: IVec3, key: CutKey) -> Option<u32> {
-        self.find(block, key).or_else(|| self.find(block, CutKey::UNTAGGED).filter(|_| !key.is_untagged()))
+    pub(super) fn seen(&self, block: IVec3, key: ClassKey) -> Option<u32> {
+        self.find(block, key).or_else(|| self.find(block, key.without_sides()))
     }
 }

@@ -237,7 +237,7 @@ pub(super) fn nodes_of(layout: &Layout, tiles: &Tiles, slot: usize) -> Nodes {
     let mut nodes: Nodes = [Node::default(); 64];
     let place = layout.slots[slot];
     sum(&mut nodes, tiles, place.block, |at| {
-        if place.key.is_untagged() {
+        if place.key.is_first() {
             return Some(&tiles.untagged[at]);
         }
         let tiles = tiles.tagged_of(at);

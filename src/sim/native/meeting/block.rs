@@ -7,7 +7,7 @@ use super::super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, local, offset};
 use super::super::state::NEIGHBOURS;
 use super::bounds::Meeting;
 use super::classes::{Classes, Sum};
-use super::sides::{Divisions, Fields, ghosts_of, is_incompatible};
+use super::sides::{Between, Divisions, Fields, ghosts_of, is_incompatible};
 use glam::{DVec3, IVec3};
 
 /// The 64 nodes.
@@ -27,27 +27,28 @@ pub(super) struct Block<'a> {
     pub(super) ghosts: Vec<Ghosts>,
     /// Gravity and other body forces at each node.
     pub(super) gravity: [DVec3; 64],
-    /// The masses about the block on either side of each sheet that divides one of its nodes in two.
-    pub(super) about: Vec<SheetMasses>,
+    /// The masses about the block on either side of what divides one of its nodes in two.
+    pub(super) about: Vec<SideMasses>,
     pub(super) masses_of: &'a MassesOf<'a>,
     pub(super) block: IVec3,
     pub(super) report: GridReport,
 }
 
-/// The folded masses of the tagged classes of the block at these coordinates, if there are any.
+/// The folded masses of the classes of the block at these coordinates, if any of its clay is tagged.
 pub(in super::super) type MassesOf<'a> = dyn Fn(IVec3) -> Option<&'a ClassMasses> + Sync + 'a;
 
 /// Nodes along an edge of the block and one around it.
 const ABOUT: usize = BLOCK as usize + 2;
 
-/// Masses in front of a sheet and behind it at the nodes of a block and those around it, z fastest.
-pub(super) struct SheetMasses {
-    pub(super) sheet: u8,
+/// Masses in front of a cut or another body and behind it at the nodes of a block and those around it, z
+/// fastest.
+pub(super) struct SideMasses {
+    pub(super) between: Between,
     sides: [[f32; 2]; ABOUT * ABOUT * ABOUT],
 }
 
-impl SheetMasses {
-    pub(super) fn new(sheet: u8, block: IVec3, masses_of: &MassesOf<'_>) -> Self {
+impl SideMasses {
+    pub(super) fn new(between: Between, block: IVec3, masses_of: &MassesOf<'_>) -> Self {
         let mut sides = [[0.0; 2]; ABOUT * ABOUT * ABOUT];
         for offset in NEIGHBOURS {
             let Some(classes) = masses_of(block + offset) else { continue };
@@ -59,11 +60,8 @@ impl SheetMasses {
             };
             let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
             for (key, masses) in classes {
-                let side = match key.side(sheet) {
-                    0 => continue,
-                    1 => 0,
-                    _ => 1,
-                };
+                let Some(is_front) = between.is_front(*key) else { continue };
+                let side = usize::from(!is_front);
                 for i in x.0..x.1 {
                     for j in y.0..y.1 {
                         for k in z.0..z.1 {
@@ -73,7 +71,7 @@ impl SheetMasses {
                 }
             }
         }
-        Self { sheet, sides }
+        Self { between, sides }
     }
 
     /// Place of a node, relative to the block, each coordinate in -1 ..= 4.
@@ -82,13 +80,16 @@ impl SheetMasses {
         (n.x * ABOUT + n.y) * ABOUT + n.z
     }
 
-    /// How the sides of the cut face each other at a node of the block.
+    /// How the two face each other at a node of the block.
     pub(super) fn facing(&self, node: IVec3) -> Option<cut::Facing> {
         let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        cut::facing(about.map(|o| {
-            let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
-            (o, front, back)
-        }))
+        cut::facing(
+            self.between.faces(),
+            about.map(|o| {
+                let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
+                (o, front, back)
+            }),
+        )
     }
 }
 
@@ -126,7 +127,7 @@ impl<'a> Block<'a> {
                     leader[c][k] = c as u8;
                     continue;
                 }
-                leader[c][k] = fields[k].leader(divisions[k].beyond(classes.keys[c]), c as u8);
+                leader[c][k] = fields[k].leader(divisions[k].place(classes.keys[c]), c as u8);
                 let sum = &mut field[usize::from(leader[c][k])][k];
                 *sum = sum.plus(classes.folded[c][k]);
             }

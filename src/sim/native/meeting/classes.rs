@@ -1,6 +1,6 @@
 //! What each class of clay brought to the nodes of a block, and what walls fold of it.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
 use super::super::grid_step::GridStep;
@@ -27,8 +27,8 @@ impl Sum {
 /// The class sums of a block: as the particles brought them, and with what walls folded onto or away from
 /// each node.
 pub(super) struct Classes {
-    /// Untagged clay first, then the tagged classes in order.
-    pub(super) keys: Vec<CutKey>,
+    /// Untagged clay of the first body, then the other classes in order.
+    pub(super) keys: Vec<ClassKey>,
     pub(super) own: Vec<[Sum; 64]>,
     pub(super) folded: Vec<[Sum; 64]>,
     /// The columns that a wall acts on, in the order of folding.
@@ -45,7 +45,7 @@ impl Classes {
         };
         let sums = |nodes: &Nodes| std::array::from_fn(|k| sum(&nodes[k]));
         let tagged = || cut.iter().flat_map(|cut| cut.keys.iter().zip(&cut.nodes));
-        let keys = std::iter::once(CutKey::UNTAGGED).chain(tagged().map(|t| *t.0)).collect();
+        let keys = std::iter::once(ClassKey::FIRST).chain(tagged().map(|t| *t.0)).collect();
         let own: Vec<[Sum; 64]> = std::iter::once(nodes).chain(tagged().map(|t| t.1)).map(sums).collect();
         let mut classes = Self { keys, folded: own.clone(), own, folds: vec![], clamps: vec![] };
         let is_clamped = step.imposed.is_some_and(|imposed| imposed.clamped_walls);
@@ -77,7 +77,7 @@ impl Classes {
     }
 }
 
-/// Folded masses of the tagged classes at the nodes of a block: what the normals of cuts are made of.
+/// Folded masses of the classes at the nodes of a block: what the normals of cuts are made of.
 #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
 pub(in super::super) fn folded_masses(
     nodes: &Nodes,
@@ -87,9 +87,9 @@ pub(in super::super) fn folded_masses(
     meeting: &Meeting<'_>,
 ) -> ClassMasses {
     if columns(block, meeting.domain).is_empty() {
-        return cut.keys.iter().zip(&cut.nodes).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
+        let all = std::iter::once((&ClassKey::FIRST, nodes)).chain(cut.keys.iter().zip(&cut.nodes));
+        return all.map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
     }
-    let classes = Classes::new(nodes, Some(cut), block, step, meeting);
-    let tagged = classes.keys.iter().zip(&classes.folded).skip(1);
-    tagged.map(|(key, sums)| (*key, sums.map(|sum| sum.mass as f32))).collect()
+    let Classes { keys, folded, .. } = Classes::new(nodes, Some(cut), block, step, meeting);
+    keys.into_iter().zip(folded).map(|(key, sums)| (key, sums.map(|sum| sum.mass as f32))).collect()
 }

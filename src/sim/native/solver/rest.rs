@@ -17,12 +17,13 @@ impl Solver {
     pub(super) fn rests(&self, plan: &FramePlan) -> bool {
         let is_implicit = matches!(plan.integrator, Integrator::Implicit { .. });
         let is_still = || self.state.hot.par_iter().all(|hot| hot.velocity == [0.0; 3] && hot.affine == [[0.0; 3]; 3]);
-        is_implicit && plan.may_rest && !self.welds(plan) && !self.is_any_near(plan) && is_still()
+        is_implicit && plan.may_rest && !plan.finds_bodies && !self.welds(plan) && !self.is_any_near(plan) && is_still()
     }
 
-    /// Whether sides of cuts may grow together in the frame: their time counts while they are pressed.
+    /// Whether sides of cuts, or bodies, may grow together in the frame: their time counts while they are
+    /// pressed.
     fn welds(&self, plan: &FramePlan) -> bool {
-        WeldRule::of(plan, self.time).is_some() && self.state.runs.iter().any(|run| !run.tagged.is_empty())
+        WeldRule::of(plan, self.time).is_some() && self.state.may_meet()
     }
 
     /// Whether a tool comes near the clay's blocks in the frame.

@@ -16,7 +16,7 @@
 //! What sticks to a flank it bears along by the particle's own present strength, `k (1 - l) A`, and where
 //! that slides by what viscosity adds at the shear rate of the slide over h and dx.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::super::frame::FrameReport;
 use super::super::super::params::Wall;
 use super::super::super::penalty::{FOUND_DEPTH, Springs, Surface, reach};
@@ -59,7 +59,7 @@ pub(super) fn press(particle: &Particle, moved: DVec3, around: &Surroundings) ->
 
 /// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, where it
 /// stands as the step begins.
-pub(super) fn cling(particle: &mut Particle, before: CutKey, around: &Surroundings) {
+pub(super) fn cling(particle: &mut Particle, before: ClassKey, around: &Surroundings) {
     let (cell_width, start) = (around.domain.cell_width, around.domain.to_world(particle.position));
     let edge = 2.0 * reach(particle.rest_volume / cell_width.powi(3)) * cell_width;
     for tool in around.tools.iter().filter(|tool| !tool.is_solid()) {

@@ -26,7 +26,7 @@ mod residual;
 mod tests;
 mod unknowns;
 
-use super::super::cut::CutKey;
+use super::super::cut::ClassKey;
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::params::Domain;
 use super::grid::Grid;
@@ -67,7 +67,7 @@ pub(super) fn step(
 
 /// Tags the particles as the explicit step does; what a blade has cut clings to it.
 fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
-    let before: Vec<CutKey> = particles.iter().map(Particle::key).collect();
+    let before: Vec<ClassKey> = particles.iter().map(Particle::key).collect();
     tags::take_sides(particles, around, frame);
     for (particle, before) in particles.iter_mut().zip(before) {
         contact::cling(particle, before, around);

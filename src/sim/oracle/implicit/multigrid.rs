@@ -20,7 +20,7 @@
 //! greatest eigenvalue of `diag^-1 A`, whatever the fill. On the coarsest level, of at most [`DIRECT_MAX`]
 //! free unknowns, exactly.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::super::implicit::{COARSE_SCALE, CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, PIVOT_MIN, smoothing};
 use glam::{DMat3, DVec3, IVec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,15 +56,15 @@ pub(in crate::sim) struct Multigrid {
 /// What the finest level is made of.
 pub(in crate::sim) struct Finest<'a> {
     /// Node and class of each unknown.
-    pub(in crate::sim) places: Vec<(IVec3, CutKey)>,
+    pub(in crate::sim) places: Vec<(IVec3, ClassKey)>,
     /// Of each, by component: 1 where clay moves, however little it is, -1 where a wall holds it, else 0.
     pub(in crate::sim) live: Vec<DVec3>,
     /// The same of nodes that are images of others: -1 or 0.
-    pub(in crate::sim) outer: Vec<((IVec3, CutKey), DVec3)>,
+    pub(in crate::sim) outer: Vec<((IVec3, ClassKey), DVec3)>,
     /// The unknown with which clay of a class moves at a node.
-    pub(in crate::sim) find: Box<dyn Fn(IVec3, CutKey) -> Option<usize> + 'a>,
+    pub(in crate::sim) find: Box<dyn Fn(IVec3, ClassKey) -> Option<usize> + 'a>,
     /// How full each cell is of each class.
-    pub(in crate::sim) fill: BTreeMap<([i32; 3], CutKey), f64>,
+    pub(in crate::sim) fill: BTreeMap<([i32; 3], ClassKey), f64>,
     /// The splines' diagonal \[N/m\].
     pub(in crate::sim) diagonal: Vec<DVec3>,
     /// Inertia and contact \[N/m\].
@@ -77,16 +77,16 @@ pub(in crate::sim) struct Finest<'a> {
 }
 
 /// Finds the unknown with which clay of a class moves at a node.
-type Find<'a> = Box<dyn Fn(IVec3, CutKey) -> Option<usize> + 'a>;
+type Find<'a> = Box<dyn Fn(IVec3, ClassKey) -> Option<usize> + 'a>;
 
 /// The cells and nodes of one level.
 struct Layout<'a> {
-    fill: BTreeMap<([i32; 3], CutKey), f64>,
+    fill: BTreeMap<([i32; 3], ClassKey), f64>,
     /// Node and class of each unknown.
-    places: Vec<(IVec3, CutKey)>,
+    places: Vec<(IVec3, ClassKey)>,
     /// As in [`Finest`].
     live: Vec<DVec3>,
-    outer: Vec<((IVec3, CutKey), DVec3)>,
+    outer: Vec<((IVec3, ClassKey), DVec3)>,
     find: Find<'a>,
     /// Cells of the finest level along one of this.
     scale: i32,
@@ -300,7 +300,7 @@ fn parents_of(node: IVec3) -> impl Iterator<Item = (IVec3, f64)> {
 
 impl<'a> Layout<'a> {
     /// The unknowns at a cell's corners.
-    fn corners(&self, cell: [i32; 3], key: CutKey) -> [Option<usize>; 8] {
+    fn corners(&self, cell: [i32; 3], key: ClassKey) -> [Option<usize>; 8] {
         std::array::from_fn(|c| (self.find)(IVec3::from_array(cell) + corner(c), key))
     }
 
@@ -321,11 +321,11 @@ impl<'a> Layout<'a> {
     /// by the weights of interpolation. It goes with another class where its clay at the same place does;
     /// with clay of no class where none of its own reaches it.
     fn coarser(&self) -> (Self, Vec<Vec<(usize, f64)>>) {
-        let mut fill = BTreeMap::<([i32; 3], CutKey), f64>::new();
+        let mut fill = BTreeMap::<([i32; 3], ClassKey), f64>::new();
         for ((cell, key), of) in &self.fill {
             *fill.entry((cell.map(|c| c.div_euclid(2)), *key)).or_default() += of / 8.0;
         }
-        let mut sums = BTreeMap::<([i32; 3], CutKey), DVec3>::new();
+        let mut sums = BTreeMap::<([i32; 3], ClassKey), DVec3>::new();
         let all = self.places.iter().copied().zip(self.live.iter().copied()).chain(self.outer.iter().copied());
         for ((node, key), live) in all {
             for (parent, weight) in parents_of(node) {
@@ -349,8 +349,8 @@ impl<'a> Layout<'a> {
             let sum = sums.remove(&(*node, *key)).unwrap_or_default();
             *sums.entry((*node, *leader)).or_default() += sum;
         }
-        let alone = |((node, key), sum): (&([i32; 3], CutKey), &DVec3)| {
-            let leader = leaders.get(&(*node, CutKey::UNTAGGED)).copied().unwrap_or(CutKey::UNTAGGED);
+        let alone = |((node, key), sum): (&([i32; 3], ClassKey), &DVec3)| {
+            let leader = leaders.get(&(*node, key.without_sides())).copied().unwrap_or(key.without_sides());
             (*sum == DVec3::ZERO && *key != leader).then_some(((*node, *key), leader))
         };
         let alone: Vec<_> = sums.iter().filter_map(alone).collect();
@@ -361,8 +361,8 @@ impl<'a> Layout<'a> {
         let index: BTreeMap<_, usize> = sums.keys().copied().zip(0..).collect();
         let find: Find<'a> = Box::new(move |node, key| {
             let node = node.to_array();
-            let of = |key: CutKey| index.get(&(node, leaders.get(&(node, key)).copied().unwrap_or(key))).copied();
-            of(key).or_else(|| of(CutKey::UNTAGGED))
+            let of = |key: ClassKey| index.get(&(node, leaders.get(&(node, key)).copied().unwrap_or(key))).copied();
+            of(key).or_else(|| of(key.without_sides()))
         });
         let parents = self
             .places

@@ -18,7 +18,7 @@
 
 use super::super::super::implicit::CLOSED_GAP;
 use super::super::super::tool::CUT_FRICTION;
-use super::super::contact::{cut_facings, pair_facing};
+use super::super::contact::facings;
 use super::super::grid::Grid;
 use super::super::tools::Surroundings;
 use super::unknowns::Unknowns;
@@ -103,13 +103,9 @@ impl Pairs {
             if node.is_outer || node.fields.len() < 2 {
                 continue;
             }
-            let facings = cut_facings(grid, coordinate, index);
-            for b in 1..node.fields.len() {
-                for a in 0..b {
-                    let Some(facing) = pair_facing(node, a, b, &facings) else { continue };
-                    let fields = [a, b].map(|f| unknowns.first_of(index) + f);
-                    all.extend(Pair::new(unknowns, fields, facing.normal, facing.room() * around.domain.cell_width));
-                }
+            for (pair, facing) in facings(grid, coordinate, index) {
+                let fields = pair.map(|f| unknowns.first_of(index) + f);
+                all.extend(Pair::new(unknowns, fields, facing.normal, facing.room() * around.domain.cell_width));
             }
         }
         let (material, cell_width) = (&around.plan.material, around.domain.cell_width);

@@ -6,7 +6,7 @@
 //! less than [`ACTIVE_MASS`] of a full cell's mass is no unknown: it starts with its own momentum, then goes
 //! along with its neighbours.
 
-use super::super::super::cut::CutKey;
+use super::super::super::cut::ClassKey;
 use super::super::super::implicit::ACTIVE_MASS;
 use super::super::grid::Grid;
 use super::super::tools::Surroundings;
@@ -20,7 +20,7 @@ pub(super) struct Unknown {
     /// Where its node stands.
     pub(super) node: IVec3,
     /// A class that moves with it.
-    pub(super) key: CutKey,
+    pub(super) key: ClassKey,
     /// Mass \[kg\], folded.
     pub(super) mass: f64,
     /// Velocity [m/s] without stress and contact, with gravity.
@@ -72,10 +72,10 @@ impl Unknowns {
                 continue;
             }
             for field in &at.fields {
-                let key = at.folded.iter().map(|(key, _)| key).find(|key| at.beyond(*key) == field.beyond);
+                let key = at.folded.iter().map(|(key, _)| key).find(|key| at.place(*key) == field.place());
                 let is_active = field.sum.mass > ACTIVE_MASS * full;
                 let free = if is_active { link.image } else { DVec3::ZERO };
-                let key = key.unwrap_or(CutKey::UNTAGGED);
+                let key = key.unwrap_or(ClassKey::FIRST);
                 let live = if field.sum.mass > 0.0 { 2.0 * link.image - 1.0 } else { DVec3::ZERO };
                 all.push(Unknown { node, key, mass: field.sum.mass, velocity: field.velocity, free, live });
             }
@@ -98,9 +98,8 @@ impl Unknowns {
     }
 
     /// The unknown with which clay of `key` moves at the node of index `node`, if any does there.
-    pub(super) fn of_field(&self, grid: &Grid, node: usize, key: CutKey) -> Option<usize> {
-        let beyond = grid.nodes[node].beyond(key);
-        let field = grid.nodes[node].fields.iter().position(|f| f.beyond == beyond)?;
+    pub(super) fn of_field(&self, grid: &Grid, node: usize, key: ClassKey) -> Option<usize> {
+        let field = grid.nodes[node].field_index(key)?;
         let unknown = self.first_unknown[node] + field;
         (unknown < self.first_unknown.get(node + 1).copied().unwrap_or(self.all.len())).then_some(unknown)
     }
@@ -112,7 +111,7 @@ impl Unknowns {
     }
 
     /// What walls hold of nodes beyond them, where there is clay before: -1, or 0.
-    pub(super) fn outer(&self, grid: &Grid) -> Vec<((IVec3, CutKey), DVec3)> {
+    pub(super) fn outer(&self, grid: &Grid) -> Vec<((IVec3, ClassKey), DVec3)> {
         let mut held = vec![];
         for ([outer, _, inner], image) in &self.columns {
             let Some(node) = grid.index(*inner) else { continue };
@@ -125,7 +124,7 @@ impl Unknowns {
     }
 
     /// Brings what cells beyond walls have to their images.
-    pub(super) fn fold_cells(&self, cells: &mut BTreeMap<([i32; 3], CutKey), f64>) {
+    pub(super) fn fold_cells(&self, cells: &mut BTreeMap<([i32; 3], ClassKey), f64>) {
         for axis in 0..3 {
             for ([outer, wall, inner], _) in &self.columns {
                 let step = wall[axis] - outer[axis];
@@ -133,8 +132,8 @@ impl Unknowns {
                     continue;
                 }
                 let [from, to] = if step > 0 { [outer, wall] } else { [wall, inner] }.map(|node| node.to_array());
-                let keys: Vec<CutKey> =
-                    cells.range((from, CutKey::UNTAGGED)..).take_while(|c| c.0.0 == from).map(|c| c.0.1).collect();
+                let keys: Vec<ClassKey> =
+                    cells.range((from, ClassKey::FIRST)..).take_while(|c| c.0.0 == from).map(|c| c.0.1).collect();
                 for key in keys {
                     let got = cells.remove(&(from, key)).unwrap_or_default();
                     *cells.entry((to, key)).or_default() += got;
@@ -144,7 +143,7 @@ impl Unknowns {
     }
 
     /// The seat of the class `key` at the node of index `node`.
-    pub(super) fn seat(&self, grid: &Grid, node: usize, key: CutKey) -> Option<usize> {
+    pub(super) fn seat(&self, grid: &Grid, node: usize, key: ClassKey) -> Option<usize> {
         Some(self.first_seat[node] + grid.nodes[node].classes.iter().position(|class| class.0 == key)?)
     }
 

@@ -2,12 +2,14 @@
 
 fn bodies_of(cell: vec3i) -> u32 {
     var corners: array<u32, 8>;
+    var bodies: array<u32, 8>;
     var first: array<u32, 8>;
     var is_whole = true;
     for (var i = 0u; i < 8u; i++) {
         corners[i] = label_at(cell + corner_of(i));
+        bodies[i] = body_at(cell + corner_of(i));
         first[i] = i;
-        is_whole = is_whole && (corners[i] >> 1u) == (corners[0] >> 1u);
+        is_whole = is_whole && (corners[i] >> 1u) == (corners[0] >> 1u) && bodies[i] == bodies[0];
     }
     if is_whole { return 0u; }
     var is_grown = true;
@@ -16,7 +18,7 @@ fn bodies_of(cell: vec3i) -> u32 {
         for (var i = 0u; i < 8u; i++) {
             for (var j = 0u; j < i; j++) {
                 let are_in = (corners[i] & corners[j] & 1u) == 1u;
-                if are_in && first[i] != first[j] && !is_parted(corners[i], corners[j]) {
+                if are_in && first[i] != first[j] && !are_of_two(bodies[i], bodies[j]) && !is_parted(corners[i], corners[j]) {
                     let least = min(first[i], first[j]);
                     first[i] = least;
                     first[j] = least;
@@ -37,6 +39,6 @@ fn bodies(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     if entry == NONE { return; }
     find_neighbours(block_of(entry), k);
     for (var j = k; j < 512u; j += 256u) {
-        cells[slot * 1536u + 1024u + j] = bodies_of(local_node(j));
+        cells[cells_first(slot) + 1024u + j] = bodies_of(local_node(j));
     }
 }

@@ -3,6 +3,7 @@
 
 @group(0) @binding(4) var<storage, read> blocks: array<u32>;
 @group(0) @binding(8) var<storage, read> fields: array<f32>;
+@group(0) @binding(9) var<storage, read> cells: array<u32>;
 @group(0) @binding(10) var<storage, read> kept: array<f32>; // fields of the last extraction
 @group(0) @binding(11) var<storage, read> kept_blocks: array<u32>;
 @group(0) @binding(24) var<storage, read_write> changes: array<atomic<u32>>; // by entry: bit 0, and for each axis that the block before, the block behind sees it
@@ -27,11 +28,11 @@ fn compare(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     let slot = group.x;
     let entry = blocks[slot];
     let before = kept_blocks[slot];
-    if entry == NONE && before == NONE { return; }
+    if (entry == NONE && before == NONE) || group.y >= plane_count() + page_count(slot) { return; }
     var sides = 0u;
     var sides_before = 0u;
     for (var j = k; j < 512u; j += 256u) {
-        let at = (slot * planes_stored() + group.y) * 512u + j;
+        let at = values_first(slot, group.y) + j;
         let was = select(0.0, kept[at], entry == before);
         let change = abs(fields[at] - was);
         if change > CHANGE_MIN { sides |= sides_of(j) | u32(change > HYSTERESIS); }

@@ -14,4 +14,5 @@ fn decide() {
     }
     status.kept_slots = status.slot_limits[1];
     status.kept_sheets = status.sheet_count;
+    status.kept_bodies = status.has_bodies;
 }

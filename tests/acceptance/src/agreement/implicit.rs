@@ -80,10 +80,11 @@ pub fn implicit_blades() -> Vec<Agreement> {
     flat.chain(others).map(case).collect()
 }
 
-/// A block that a kept cut divides, pressed from above, level and askew; slid along, parted, and cut twice.
+/// A block that a kept cut divides, or of two bodies, pressed from above, level and askew; slid along, parted,
+/// and cut twice.
 pub fn implicit_cuts() -> Vec<Agreement> {
     let level = DVec3::new(0.1, 1.0, 0.05);
-    let case = |(name, normal, v, is_crossed): (&str, DVec3, DVec3, bool)| {
+    let case = |(name, normal, v, is_crossed, bodies): (&str, DVec3, DVec3, bool, [u32; 2])| {
         let mut s = block(IVec3::new(8, 7, 8), 0.0, floor_walls(Wall::Stick), soft());
         let mut p = steps(&s);
         let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.0, 3.6, 10.0);
@@ -92,7 +93,8 @@ pub fn implicit_cuts() -> Vec<Agreement> {
             let other = (q.grid() - middle).dot(DVec3::new(1.0, 0.1, -0.2).normalize());
             q.velocity = (v * side.signum() * CELL / p.dt).as_vec3().to_array();
             let tag = |sheet, side: f64| Tag { sheet, side: if side < 0.0 { -1 } else { 1 } };
-            if side.abs() < 3.0 {
+            q.body = bodies[usize::from(side > 0.0)];
+            if side.abs() < 3.0 && bodies[0] == bodies[1] {
                 q.tags[0] = tag(7, side);
             }
             if is_crossed && other.abs() < 2.0 {
@@ -104,14 +106,18 @@ pub fn implicit_cuts() -> Vec<Agreement> {
         p.tools = vec![moving(&s, &p, press, from, from - DVec3::Y * 0.2, DQuat::IDENTITY)];
         held(format!("implicit, {name}"), s, p, 0)
     };
-    let still = DVec3::ZERO;
+    let (still, askew) = (DVec3::ZERO, DVec3::new(0.7, 1.0, 0.1));
     [
-        ("pressed", level, still, false),
-        ("pressed askew", DVec3::new(0.7, 1.0, 0.1), still, false),
-        ("closing", level, DVec3::new(0.0, -0.05, 0.0), false),
-        ("sliding", level, DVec3::new(0.05, -0.02, 0.01), false),
-        ("parting", level, DVec3::new(0.01, 0.05, 0.0), false),
-        ("crossed", level, DVec3::new(0.03, -0.03, 0.0), true),
+        ("pressed", level, still, false, [0, 0]),
+        ("pressed askew", askew, still, false, [2, 2]),
+        ("closing", level, DVec3::new(0.0, -0.05, 0.0), false, [0, 0]),
+        ("sliding", level, DVec3::new(0.05, -0.02, 0.01), false, [0, 0]),
+        ("parting", level, DVec3::new(0.01, 0.05, 0.0), false, [0, 0]),
+        ("crossed", level, DVec3::new(0.03, -0.03, 0.0), true, [0, 0]),
+        ("bodies pressed askew", askew, still, false, [0, 1]),
+        ("bodies sliding", level, DVec3::new(0.05, -0.02, 0.01), false, [3, 0]),
+        ("bodies parting", level, DVec3::new(0.01, 0.05, 0.0), false, [1, 2]),
+        ("bodies crossed by a cut", level, DVec3::new(0.03, -0.03, 0.0), true, [0, 4]),
     ]
     .map(case)
     .into()

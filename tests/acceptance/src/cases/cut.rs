@@ -2,6 +2,7 @@
 
 use crate::lab::{DX, Lab, Size, block, elastic, jitter, place, room, snapshot, stable_step, world};
 use crate::report::Row;
+use bevy_clay::sim::cut::SheetSet;
 use bevy_clay::sim::prelude::*;
 use bevy_clay::sim::tool::CUT_FRICTION;
 use glam::{DQuat, DVec3, IVec3};
@@ -70,6 +71,11 @@ impl Press {
 
     /// A block whose halves are `gap` cells apart along it.
     fn open(material: ClayMaterial, cut: Option<Cut>, gap: f64, seed: u64) -> Self {
+        Self::parted(material, cut, gap, true, seed)
+    }
+
+    /// The same; its halves never were one, unless `is_cut`.
+    fn parted(material: ClayMaterial, cut: Option<Cut>, gap: f64, is_cut: bool, seed: u64) -> Self {
         let domain = room([LENGTH + 8, 16, 16], Wall::Separate);
         let mut particles = block(DVec3::splat(4.0), IVec3::new(LENGTH, 8, 8));
         // As clay is filled: a lattice of half a cell, jittered by a quarter of that.
@@ -83,7 +89,7 @@ impl Press {
         if let Some(cut) = cut {
             for p in &mut particles {
                 let distance = (place(p) - cut.middle()).dot(cut.normal);
-                if distance.abs() < 2.0 {
+                if is_cut && distance.abs() < 2.0 {
                     p.tags[0] = Tag { sheet: 1, side: if distance < 0.0 { -1 } else { 1 } };
                 }
                 if distance >= 0.0 {
@@ -92,7 +98,11 @@ impl Press {
             }
         }
         let places = particles.iter().map(place).collect();
-        let mut lab = Lab::new(&snapshot(domain, material, particles), stable_step(&material));
+        let mut clay = snapshot(domain, material, particles);
+        if !is_cut {
+            clay.find_bodies(SheetSet::default());
+        }
+        let mut lab = Lab::new(&clay, stable_step(&material));
         // Two thirds of critical for the slowest wave along the block.
         lab.plan.validation.damping = material.wave_speed(material.density) / (f64::from(LENGTH) * DX) * 4.0;
         let plate = |end: f64, out: f64| DVec3::new(end + out * (3.0 - TOUCH), 8.0, 8.0);
@@ -194,39 +204,63 @@ pub fn closed(size: Size) -> Vec<Row> {
     ]
 }
 
-/// An open cut that plates close: its sides bear nothing until their faces are within a tenth of a cell, and
-/// then as much as whole clay that is pressed as far from there.
-pub fn opened(size: Size) -> Vec<Row> {
+/// Halves of a block that plates bring together and part again.
+struct Closing {
+    /// Greatest force until their faces are within a tenth of a cell, and greatest tension as they part [k].
+    early: f64,
+    tension: f64,
+    /// Force off that of whole clay that is pressed as far from there [-].
+    off: f64,
+}
+
+/// How far apart the halves are at first, and how far whole clay is pressed [cells].
+const WAYS: [f64; 2] = [1.3, 0.5];
+
+fn closing(cut: Cut, is_cut: bool, seed: u64) -> Closing {
     const STEP: f64 = 0.1;
-    /// How far apart the halves are at first, and how far whole clay is pressed [cells].
-    const WAYS: [f64; 2] = [1.3, 0.5];
     let steps = 60;
     let material = ClayMaterial { weld: Weld::Off, poisson_ratio: 0.3, ..Preset::SoftClay.material() };
     let strength = material.shear_strength() * 64.0 * DX * DX;
-    let (mut early, mut off) = (0.0f64, 0.0f64);
-    for (seed, cut) in cuts(size).into_iter().enumerate() {
-        let gap = WAYS[0] / cut.normal.x;
-        let mut press = Press::open(material, Some(cut), gap, seed as u64);
-        let mut left = WAYS[0];
-        while left > 0.1 + 0.5 * STEP {
-            left -= STEP;
-            let force = press.moved(-DVec3::X * STEP / cut.normal.x, steps).x;
-            early = early.max(force / strength);
-        }
-        let mut whole = Press::new(material, None, seed as u64);
-        press.moved(-DVec3::X * left / cut.normal.x, steps);
-        let count = (WAYS[1] / STEP).round() as u32;
-        let pressed = [&mut press, &mut whole].map(|press| {
-            let forces = (0..count).map(|_| press.moved(-DVec3::X * STEP, steps).x);
-            forces.last().unwrap_or_default()
-        });
-        off = off.max((pressed[0] / pressed[1] - 1.0).abs());
+    let gap = WAYS[0] / cut.normal.x;
+    let mut press = Press::parted(material, Some(cut), gap, is_cut, seed);
+    let (mut left, mut early, mut tension) = (WAYS[0], 0.0f64, 0.0f64);
+    while left > 0.1 + 0.5 * STEP {
+        left -= STEP;
+        early = early.max(press.moved(-DVec3::X * STEP / cut.normal.x, steps).x / strength);
     }
-    let name = |what: &str| format!("cut {} cells open that plates close, {} planes: {what}", WAYS[0], cuts(size).len());
+    let mut whole = Press::new(material, None, seed);
+    press.moved(-DVec3::X * left / cut.normal.x, steps);
+    let count = (WAYS[1] / STEP).round() as u32;
+    let pressed = [&mut press, &mut whole].map(|press| {
+        let forces = (0..count).map(|_| press.moved(-DVec3::X * STEP, steps).x);
+        forces.last().unwrap_or_default()
+    });
+    for _ in 0..2 * count {
+        tension = tension.max(-press.moved(DVec3::X * STEP, steps).x / strength);
+    }
+    Closing { early, tension, off: (pressed[0] / pressed[1] - 1.0).abs() }
+}
+
+fn closing_rows(size: Size, what: &str, is_cut: bool) -> Vec<Row> {
+    let all: Vec<Closing> = (0..).zip(cuts(size)).map(|(seed, cut)| closing(cut, is_cut, seed)).collect();
+    let most = |of: fn(&Closing) -> f64| all.iter().map(of).fold(0.0, f64::max);
+    let name = |row: &str| format!("{what} {} cells apart that plates close, {} planes: {row}", WAYS[0], all.len());
     vec![
-        Row::at_most(name("force until faces are within 0.1 cells"), early, "k", 0.01),
-        Row::at_most(name("force off that of whole clay pressed as far"), 100.0 * off, "%", 5.0),
+        Row::at_most(name("force until faces are within 0.1 cells"), most(|c| c.early), "k", 0.01),
+        Row::at_most(name("force off that of whole clay pressed as far"), 100.0 * most(|c| c.off), "%", 5.0),
+        Row::at_most(name("tension as they part"), most(|c| c.tension), "k", 0.01),
     ]
+}
+
+/// An open cut that plates close: its sides bear nothing until their faces are within a tenth of a cell, and
+/// then as much as whole clay that is pressed as far from there.
+pub fn opened(size: Size) -> Vec<Row> {
+    closing_rows(size, "sides of a cut", true)
+}
+
+/// The same of bodies that never were one.
+pub fn bodies(size: Size) -> Vec<Row> {
+    closing_rows(size, "bodies", false)
 }
 
 /// Sides that have grown together when a cut has been pressed at 0.76 k for half of the 0.3 s that it takes,

@@ -1,6 +1,7 @@
 //! The acceptance cases, by what they judge.
 
 pub mod blade;
+mod bodies;
 pub mod cavity;
 pub mod collapse;
 pub mod cone;
@@ -169,7 +170,9 @@ pub const CASES: &[Case] = &[
     stability("blade at rest", 2, blade::at_rest),
     Case { is_native_only: true, ..stability("cut methods", 48, methods::compared) },
     stability("closed cut", 4, cut::closed),
-    stability("opened cut", 2, cut::opened),
+    stability("opened cut", 3, cut::opened),
+    stability("bodies", 3, cut::bodies),
+    stability("three planes", 4, bodies::pieces),
     stability("welded cut", 5, cut::welded),
     stability("cut slopes", 2, slope::slopes),
     stability("rolled cut", 1, rolled::rolled),
@@ -222,7 +225,9 @@ pub const CASES: &[Case] = &[
     implicitly!("blade withdrawn", 4, blade::withdrawn),
     implicitly!("blade at rest", 2, blade::at_rest),
     implicitly!("closed cut", 4, cut::closed),
-    implicitly!("opened cut", 2, cut::opened),
+    implicitly!("opened cut", 3, cut::opened),
+    implicitly!("bodies", 3, cut::bodies),
+    implicitly!("three planes", 4, bodies::pieces),
     implicitly!("welded cut", 5, cut::welded),
     implicitly!("cut slopes", 2, slope::slopes),
     implicitly!("rolled cut", 1, rolled::rolled),

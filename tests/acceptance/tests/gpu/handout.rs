@@ -8,7 +8,7 @@ use libtest_mimic::Failed;
 
 /// Bytes of a particle in the surface and in the state.
 const SURFACE_BYTES: u64 = 24;
-const STATE_BYTES: u64 = 152;
+const STATE_BYTES: u64 = 156;
 
 fn case() -> Case {
     let s = agreement::block(IVec3::new(4, 4, 4), 1.0, Walls::default(), agreement::soft());

@@ -3,6 +3,7 @@
 //! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
 //! required, fail.
 
+mod bodies;
 mod handout;
 mod passes;
 mod robust;
@@ -166,6 +167,10 @@ fn main() {
         cases("cut_through_cuts_agrees", agreement::recut),
         cases("welding_agrees", agreement::welding),
         cases("carried_sides_agree", agreement::carrying),
+        cases("bodies_agree", agreement::bodies),
+        with_engine("found_bodies_agree", bodies::found_bodies_agree),
+        with_engine("found_bodies_are_handed_out", bodies::found_bodies_are_handed_out),
+        with_engine("restarted_bodies_have_the_same_bits", bodies::restarted_bodies_have_the_same_bits),
         with_engine("runs_are_bit_identical", runs_are_bit_identical),
         with_engine("given_up_frames_leave_no_trace", given_up_frames_leave_no_trace),
         with_engine("frames_hand_out_what_was_asked_for", handout::frames_hand_out_what_was_asked_for),

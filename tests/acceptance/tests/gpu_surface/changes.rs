@@ -18,12 +18,12 @@ const UNSEEN: f32 = 0.01 + 1e-5;
 const ROUNDING: f32 = 3e-6;
 
 fn run<'a>(device: &'a Device, source: &SurfaceSource, settings: &SurfaceSettings) -> Run<'a> {
-    device.run(source, settings, SurfaceRoom { cell_blocks: 1000, blocks: 1000, sheets: 2 })
+    device.run(source, settings, SurfaceRoom { cell_blocks: 1000, blocks: 1000, sheets: 2, bodies: 2, pages: 0 })
 }
 
 /// The mesh is the processor's of the values that the blocks were last extracted with, and those are the
 /// clay's to a hundredth.
-fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSource, settings: &SurfaceSettings) {
+pub(crate) fn assert_whole(name: &str, run: &Run<'_>, output: &Output, source: &SurfaceSource, settings: &SurfaceSettings) {
     assert_eq!(output.status.flags, 0, "{name}");
     let kept = run.kept_field(&output.status);
     let off = kept.greatest_difference(&Field::of_particles(source, settings));

@@ -3,6 +3,7 @@
 //! `CLAY_GPU=off|auto|require`: without an adapter the tests are listed as ignored, or, where one is
 //! required, fail.
 
+mod bodies;
 mod changes;
 
 use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
@@ -339,7 +340,10 @@ fn many_grains_are_octahedra(device: &Device) -> Result<(), Failed> {
 fn main() {
     let arguments = Arguments::from_args();
     type Test = fn(&Device) -> Result<(), Failed>;
-    let tests: [(&str, Test); 16] = [
+    let tests: [(&str, Test); 19] = [
+        ("bodies_agree", bodies::bodies_agree),
+        ("bodies_that_move_are_drawn_whole", bodies::bodies_that_move_are_drawn_whole),
+        ("numbers_alone_change_nothing", bodies::numbers_alone_change_nothing),
         ("random_fields_agree", random_fields_agree),
         ("clay_agrees", clay_agrees),
         ("normals_agree", normals_agree),

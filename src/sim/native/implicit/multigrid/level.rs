@@ -1,6 +1,5 @@
 //! One level of the preconditioner: its operators, and what a cycle does on it.
 
-use super::super::super::super::cut::CutKey;
 use super::super::super::nodes::{local, offset};
 use super::super::layout::{Index, Layout, Link, Place};
 use super::super::vectors::{Block3, Vector, for_each, for_each_pair, in_lanes};
@@ -153,8 +152,8 @@ impl Level {
     fn tie_alone(&mut self, index: &Index) {
         let Layout { slots, links, .. } = &mut self.layout;
         let tied: BTreeMap<(u32, u8), (u32, u8)> = links.iter().map(|link| (link.from, link.to)).collect();
-        for (slot, place) in slots.iter().enumerate().filter(|(_, place)| !place.key.is_untagged()) {
-            let Some(untagged) = index.find(place.block, CutKey::UNTAGGED) else { continue };
+        for (slot, place) in slots.iter().enumerate().filter(|(_, place)| place.key != place.key.without_sides()) {
+            let Some(untagged) = index.find(place.block, place.key.without_sides()) else { continue };
             for node in (0..64).filter(|node| (0..3).all(|a| self.live[slot].0[a][*node] == 0.0)) {
                 let [from, untagged] = [slot as u32, untagged].map(|slot| (slot, node as u8));
                 let to = tied.get(&untagged).copied().unwrap_or(untagged);

@@ -1,7 +1,7 @@
 //! The cycle against the oracle's, on clay in full and in part, at walls and at cuts.
 
 use super::*;
-use crate::sim::cut::CutKey;
+use crate::sim::cut::ClassKey;
 use crate::sim::native::implicit::layout::{Layout, Link, Place};
 use crate::sim::native::implicit::vectors::{self, Vector};
 use crate::sim::native::nodes::{local, offset};
@@ -43,8 +43,8 @@ struct Case {
 }
 
 /// A class beside the plane of the cut, on one side or the other.
-fn side(side: i8) -> CutKey {
-    CutKey::of([Tag { sheet: 3, side }, Tag::default()])
+fn side(side: i8) -> ClassKey {
+    ClassKey::new(0, [Tag { sheet: 3, side }, Tag::default()])
 }
 
 impl Case {
@@ -55,7 +55,7 @@ impl Case {
             let n = 2 * size;
             let cell = IVec3::new(i / n / n, i / n % n, i % n) - size;
             let key = cut.filter(|cut| (-2..2).contains(&(cell.y - cut)));
-            let key = key.map_or(CutKey::UNTAGGED, |cut| side(if cell.y < cut { -1 } else { 1 }));
+            let key = key.map_or(ClassKey::FIRST, |cut| side(if cell.y < cut { -1 } else { 1 }));
             if fill(cell) > 0.0 {
                 cells.insert((cell.to_array(), key), fill(cell));
             }
@@ -68,14 +68,14 @@ impl Case {
     }
 
     /// The slots that clay in these cells reaches.
-    fn lay_out(&mut self, cells: &BTreeMap<([i32; 3], CutKey), f32>) {
+    fn lay_out(&mut self, cells: &BTreeMap<([i32; 3], ClassKey), f32>) {
         let mut places = BTreeSet::new();
         for (cell, key) in cells.keys() {
             let block = IVec3::from_array(*cell).div_euclid(IVec3::splat(BLOCK));
             for i in 0..27 {
                 let about = block + IVec3::new(i / 9, i / 3 % 3, i % 3) - 1;
                 places.insert((about.to_array(), *key));
-                places.insert((about.to_array(), CutKey::UNTAGGED));
+                places.insert((about.to_array(), ClassKey::FIRST));
             }
         }
         self.layout.slots = places.into_iter().map(|(block, key)| Place { block: IVec3::from_array(block), key }).collect();
@@ -84,7 +84,7 @@ impl Case {
     }
 
     /// All seats, with where they stand.
-    fn seats(&self) -> Vec<(Seat, IVec3, CutKey)> {
+    fn seats(&self) -> Vec<(Seat, IVec3, ClassKey)> {
         let of = |(slot, place): (usize, &Place)| {
             let Place { block, key } = *place;
             (0..64).map(move |node| ((slot as u32, node as u8), block * BLOCK + offset(node), key))
@@ -105,7 +105,7 @@ impl Case {
             }
             let Some(cut) = cut else { continue };
             let is_divided = (node.y - cut).abs() <= 1;
-            let (untagged, owner) = (CutKey::UNTAGGED, side(-1));
+            let (untagged, owner) = (ClassKey::FIRST, side(-1));
             let is_owners = is_divided && node.z < 0;
             let to = match (is_divided, is_owners) {
                 (true, true) => (key == untagged).then_some(owner),
@@ -122,7 +122,7 @@ impl Case {
     }
 
     /// Fill, and an unknown wherever clay reaches.
-    fn fill(&mut self, cells: &BTreeMap<([i32; 3], CutKey), f32>, wall: Option<i32>) {
+    fn fill(&mut self, cells: &BTreeMap<([i32; 3], ClassKey), f32>, wall: Option<i32>) {
         let count = self.layout.slots.len();
         self.fill = vec![[0.0; 64]; count];
         for vector in [&mut self.diagonal, &mut self.extra, &mut self.cross, &mut self.live] {
@@ -159,7 +159,7 @@ impl Case {
     }
 
     /// The seat of a class at a node.
-    fn seat(&self, node: IVec3, key: CutKey) -> Option<Seat> {
+    fn seat(&self, node: IVec3, key: ClassKey) -> Option<Seat> {
         let block = node.div_euclid(IVec3::splat(BLOCK));
         let at = node - block * BLOCK;
         Some((self.index.seen(block, key)?, local(at.x, at.y, at.z) as u8))
@@ -204,8 +204,8 @@ impl Case {
     }
 
     /// The seats that the oracle has as unknowns.
-    fn unknowns(&self) -> Vec<(Seat, IVec3, CutKey)> {
-        let is_some = |((slot, n), ..): &(Seat, IVec3, CutKey)| self.extra[*slot as usize].0[0][usize::from(*n)] > 0.0;
+    fn unknowns(&self) -> Vec<(Seat, IVec3, ClassKey)> {
+        let is_some = |((slot, n), ..): &(Seat, IVec3, ClassKey)| self.extra[*slot as usize].0[0][usize::from(*n)] > 0.0;
         self.seats().into_iter().filter(is_some).collect()
     }
 
@@ -213,7 +213,7 @@ impl Case {
     fn judged(&self, r: &[Block3]) -> (Vec<(Seat, DVec3)>, usize) {
         let unknowns = self.unknowns();
         let of: BTreeMap<Seat, usize> = unknowns.iter().enumerate().map(|(i, unknown)| (unknown.0, i)).collect();
-        let find = |node: IVec3, key: CutKey| of.get(&self.root(self.seat(node, key)?)?).copied();
+        let find = |node: IVec3, key: ClassKey| of.get(&self.root(self.seat(node, key)?)?).copied();
         let taken = |vector: &[Block3]| -> Vec<DVec3> {
             let value = |seat: &Seat| [0, 1, 2].map(|a| f64::from(vector[seat.0 as usize].0[a][usize::from(seat.1)]));
             unknowns.iter().map(|unknown| DVec3::from_array(value(&unknown.0))).collect()
@@ -225,7 +225,7 @@ impl Case {
                 fill.insert((node.to_array(), key), f64::from(full));
             }
         }
-        let at_wall = |(seat, ..): &(Seat, IVec3, CutKey)| self.followed.get(seat) == Some(&None);
+        let at_wall = |(seat, ..): &(Seat, IVec3, ClassKey)| self.followed.get(seat) == Some(&None);
         let held = |seat: Seat| f64::from(self.live[seat.0 as usize].0[0][usize::from(seat.1)]);
         let outer = self.seats().into_iter().filter(at_wall).map(|(seat, node, key)| ((node, key), DVec3::X * held(seat)));
         let outer = outer.filter(|(_, held)| *held != DVec3::ZERO).collect();

@@ -129,6 +129,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("blade at rest", "", "nothing changes sides"),
     exact("closed cut", "", ""),
     exact("opened cut", "", "what is apart bears nothing, what touches as whole clay"),
+    exact("bodies", "", "what is apart bears nothing, what touches as whole clay"),
+    exact("three planes", "", "three planes through one point make eight"),
     exact("welded cut", "", ""),
     exact("cut slopes", "", "`g (sin - mu cos)`, 0 below the angle of friction"),
     exact("rolled cut", "", "a cut bears no tension"),

@@ -75,6 +75,7 @@ pub fn source(domain: Domain, points: &[DVec3], tags: impl Fn(usize) -> u32, vol
         volume_ratio: volume_ratio as f32,
         density_weight: 0.125,
         tags: tags(i),
+        body: 0,
     };
     SurfaceSource { domain, particles: points.iter().enumerate().map(particle).collect::<Vec<_>>().into() }
 }
@@ -168,6 +169,9 @@ impl Cut {
 /// Middle of [`CutCube`] \[cells\].
 pub const CUBE_CENTRE: DVec3 = DVec3::new(18.0, 18.0, 18.0);
 
+/// Numbers of bodies.
+const BODY_NUMBERS: [u32; 8] = [0, 5, 2, 16_383, 1, 300, 7, 30];
+
 /// A cube of 12 cells with cuts, and the number of bodies that it is in.
 pub struct CutCube {
     /// Its particles \[cells\].
@@ -254,6 +258,40 @@ impl CutCube {
         let points: Vec<DVec3> = self.points.iter().map(|p| CUBE_CENTRE + map * (*p - CUBE_CENTRE)).collect();
         let tags = self.tags();
         source(domain(30.0), &points, |i| tags[i], map.determinant().abs())
+    }
+
+    /// The clay with its cuts finished: a body for each combination of their sides, and no tags.
+    pub fn parted_source(&self, map: DMat3) -> SurfaceSource {
+        let whole = self.source(map);
+        let side = |p: &DVec3, k: usize, cut: &Cut| u32::from(cut.distance(*p) >= 0.0) << k;
+        let number = |p: &DVec3| BODY_NUMBERS[self.cuts.iter().enumerate().map(|(k, c)| side(p, k, c)).sum::<u32>() as usize];
+        let parted = |all: &mut Vec<SurfaceParticle>| {
+            all.iter_mut().zip(&self.points).for_each(|(p, at)| (p.body, p.tags) = (number(at), 0));
+        };
+        changed(&whole, parted)
+    }
+
+    /// Three cuts at right angles through a point, to be finished: eight bodies.
+    pub fn octants(point: DVec3, axes: DMat3, random: &mut Random) -> Self {
+        let cuts = [axes.x_axis, axes.y_axis, axes.z_axis].map(|normal| Cut::through(normal, point));
+        Self::new(cuts.to_vec(), 8, 0.25, random)
+    }
+
+    /// A cube of two bodies that meet at a plane across x, and a cut across z: in the first or in both, from
+    /// above down to `depth` or right through; tags of the one sheet.
+    pub fn cut_beside_body(is_in_both: bool, depth: f64, random: &mut Random) -> (Self, SurfaceSource) {
+        let face = Cut::through(DVec3::X, CUBE_CENTRE + random.vector(-0.5, 0.5));
+        let cut = Cut { normal: DVec3::Z, point: CUBE_CENTRE + random.vector(-0.5, 0.5), end: (DVec3::Y, depth) };
+        let pieces = if depth > CUBE_CENTRE.y - 6.0 { 2 } else { 3 + usize::from(is_in_both) };
+        let cube = Self::new(vec![cut], pieces, 0.25, random);
+        let bodied = |all: &mut Vec<SurfaceParticle>| {
+            for (p, _) in all.iter_mut().zip(&cube.points).filter(|(_, at)| face.distance(**at) >= 0.0) {
+                p.body = 5;
+                p.tags = if is_in_both { p.tags } else { 0 };
+            }
+        };
+        let source = changed(&cube.source(DMat3::IDENTITY), bodied);
+        (cube, source)
     }
 
     /// What is wrong with the topology of an extracted mesh after repair: every body must be a ball.

@@ -171,10 +171,16 @@ impl Device {
         Run { device: self, surface, readback: StatusReadback::new(&self.gpu.device), vertices, indices, capacity }
     }
 
-    /// One frame of a clay of its own, with its fields.
+    /// One frame of a clay of its own, with its fields; with as much room as it asks for.
     pub fn extract(&self, source: &SurfaceSource, settings: &SurfaceSettings) -> Output {
-        let mut run = self.run(source, settings, SurfaceRoom::for_particles(source.particles.len()));
+        let mut room = SurfaceRoom::for_particles(source.particles.len());
+        let mut run = self.run(source, settings, room);
         let mut output = run.frame(source, false);
+        while room.grown(&output.status) != room {
+            room = room.grown(&output.status);
+            run = self.run(source, settings, room);
+            output = run.frame(source, false);
+        }
         output.field = Some(run.field(&output.status, run.surface.field_buffers()));
         output
     }
@@ -233,7 +239,7 @@ impl Run<'_> {
     pub fn time(&mut self, sources: &[&SurfaceSource], count: usize, is_forced: bool) -> Duration {
         let gpu = &self.device.gpu;
         let upload = |source: &&SurfaceSource| {
-            let particles = self.device.buffer(24 * source.particles.len() as u64);
+            let particles = self.device.buffer(28 * source.particles.len() as u64);
             gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
             particles
         };
@@ -260,15 +266,15 @@ impl Run<'_> {
         self.field(status, self.surface.kept_field_buffers())
     }
 
-    fn field(&self, status: &SurfaceStatus, buffers: [&wgpu::Buffer; 2]) -> Field {
-        let [blocks, values] = buffers.map(|b| self.device.read(b));
-        self.surface.field_of(status, &blocks, bytemuck::cast_slice(&values))
+    fn field(&self, status: &SurfaceStatus, buffers: [&wgpu::Buffer; 3]) -> Field {
+        let words = buffers.map(|b| self.device.read(b));
+        self.surface.field_of(status, words.each_ref().map(|w| &w[..]))
     }
 
     /// Runs the passes once.
     pub fn frame(&mut self, source: &SurfaceSource, is_forced: bool) -> Output {
         let count = source.particles.len() as u32;
-        let particles = self.device.buffer(24 * u64::from(count.max(1)));
+        let particles = self.device.buffer(28 * u64::from(count.max(1)));
         self.device.gpu.queue.write_buffer(&particles, 0, bytemuck::cast_slice(&source.particles[..]));
         self.frame_of((&particles, count), is_forced)
     }

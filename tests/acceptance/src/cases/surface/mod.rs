@@ -33,7 +33,12 @@ pub fn ball(centre: DVec3, radius: f64, jitter: f64) -> Vec<SurfaceParticle> {
         let shift = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * jitter;
         let at = low + (place(i) + 0.5 + shift) / 2.0;
         let position = (at + f64::from(WALL_NODE)).as_vec3().to_array();
-        (at.distance(centre) < radius).then_some(SurfaceParticle { position, volume_ratio: 1.0, density_weight: 0.125, tags: 0 })
+        (at.distance(centre) < radius).then_some(SurfaceParticle {
+            position,
+            volume_ratio: 1.0,
+            density_weight: 0.125,
+            ..Default::default()
+        })
     };
     (0..n * n * n).filter_map(&mut particle).collect()
 }

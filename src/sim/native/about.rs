@@ -1,0 +1,92 @@
+//! The clay on either side of something about the particles of a block, by the node masses of the last
+//! substep.
+
+use super::super::carry::SidesAbout;
+use super::super::cut::ClassKey;
+use super::super::params::BLOCK;
+use super::super::spline::spline;
+use super::grid::Grid;
+use super::nodes::offset;
+use super::state::{Hot, NEIGHBOURS, Table, unpack_cell};
+use glam::{DVec3, IVec3};
+
+/// Nodes along an edge of what the particles of a block reach, from -2 on: a block's own and two about it,
+/// and one more, as far as particles stray.
+const REACHED: i32 = BLOCK + 5;
+
+/// The classes of clay in a block and those about it, each once, in order.
+pub(super) fn classes_about(grid: &Grid, table: &Table, block: IVec3) -> Vec<ClassKey> {
+    let mut keys: Vec<ClassKey> = NEIGHBOURS.into_iter().flat_map(|o| grid.classes_at(table, block + o)).map(|c| c.0).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys
+}
+
+/// The sheets that clay of a body has sides of, in order.
+pub(super) fn sheets(classes: &[ClassKey], body: u16) -> Vec<u8> {
+    let its = classes.iter().filter(|key| key.body() == body).flat_map(|key| key.sides());
+    let mut sheets: Vec<u8> = its.map(|side| side.0).collect();
+    sheets.sort_unstable();
+    sheets.dedup();
+    sheets
+}
+
+/// The bodies of classes in order.
+pub(super) fn bodies(classes: &[ClassKey]) -> Vec<u16> {
+    let mut bodies: Vec<u16> = classes.iter().map(|key| key.body()).collect();
+    bodies.dedup();
+    bodies
+}
+
+/// Masses in front of something and behind it at the nodes that the particles of a block reach, z fastest.
+pub(super) struct MassesAbout {
+    low: IVec3,
+    sides: Vec<[f32; 2]>,
+}
+
+impl MassesAbout {
+    /// Those of the classes that `is_front` places in front or behind. None where one side is missing.
+    pub(super) fn new(grid: &Grid, table: &Table, block: IVec3, is_front: impl Fn(ClassKey) -> Option<bool>) -> Option<Self> {
+        let low = block * BLOCK - 2;
+        let mut sides = vec![[0.0; 2]; (REACHED * REACHED * REACHED) as usize];
+        for neighbour in NEIGHBOURS.map(|o| block + o) {
+            for (key, nodes) in grid.classes_at(table, neighbour) {
+                let Some(is_front) = is_front(key) else { continue };
+                for (k, node) in nodes.iter().enumerate() {
+                    if let Some(at) = place(neighbour * BLOCK + offset(k) - low) {
+                        sides[at][usize::from(!is_front)] += node.0[3];
+                    }
+                }
+            }
+        }
+        let has = |side: usize| sides.iter().any(|masses| masses[side] > 0.0);
+        (has(0) && has(1)).then_some(Self { low, sides })
+    }
+
+    /// Those about a particle.
+    pub(super) fn about(&self, hot: &Hot) -> SidesAbout {
+        let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        let base = (at - 0.5).floor().as_ivec3();
+        let mut sums = SidesAbout::default();
+        for i in 0..27 {
+            let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
+            let Some(masses) = place(node - self.low).map(|at| self.sides[at]) else { continue };
+            if masses == [0.0; 2] {
+                continue;
+            }
+            let arm = node.as_dvec3() - at;
+            let weight = spline(arm.x) * spline(arm.y) * spline(arm.z);
+            for (side, mass) in masses.into_iter().enumerate() {
+                sums.masses[side] += weight * f64::from(mass);
+                sums.moments[side] += weight * f64::from(mass) * arm;
+            }
+        }
+        sums
+    }
+}
+
+/// The place of a node among those reached, each coordinate from 0 on.
+fn place(node: IVec3) -> Option<usize> {
+    let is_reached = node.cmpge(IVec3::ZERO).all() && node.cmplt(IVec3::splat(REACHED)).all();
+    is_reached.then(|| ((node.x * REACHED + node.y) * REACHED + node.z) as usize)
+}
