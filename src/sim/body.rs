@@ -7,12 +7,12 @@
 //!
 //! 1. **Joints.** Two bodies are one from now on where a particle of the one has grown together with the
 //!    other (tag of sheet [`JOINT_SHEET`] without a side), which is that of the particle nearest to it within
-//!    [`SEAM_REACH`]. The rest of their faces is a cut: of a sheet that is free, every particle of the one
-//!    within [`SEAM_REACH`] of the other takes a side if it has room for one and has not grown together; what
+//!    `SEAM_REACH`. The rest of their faces is a cut: of a sheet that is free, every particle of the one
+//!    within `SEAM_REACH` of the other takes a side if it has room for one and has not grown together; what
 //!    it has counted counts on.
-//! 2. **Parts.** Particles of a body hang together within [`LINK_REACH`] unless they are on opposite sides of
+//! 2. **Parts.** Particles of a body hang together within `LINK_REACH` unless they are on opposite sides of
 //!    a cut. The part with most particles, of equal ones that with the lowest id, keeps the number of the
-//!    body; every other of [`PART_MIN`] particles or more gets the lowest that is free, in the order of
+//!    body; every other of `PART_MIN` particles or more gets the lowest that is free, in the order of
 //!    their lowest ids, up to [`BODY_MAX`]. Smaller ones stay with the body.
 //! 3. **Finished cuts.** Of a cut both sides of which are no longer in one body, the tags are taken away,
 //!    unless a blade of the plan cuts it.

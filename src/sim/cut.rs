@@ -227,8 +227,8 @@ pub(crate) const GAP_ALLOWANCE: f64 = 0.1;
 
 /// By how much bodies are taken to be nearer than they are found \[cells\]: where jitter has the faces of a
 /// closed cut apart at some nodes they bear, too. With it a cut that was never open bears 0.4 to 3.6 % less
-/// than whole clay at 0.5 % strain, by where its plane stands on the grid, and bodies 0.06 k at 0.1 cells; with
-/// half of it 0.9 to 8 % and 0.04 k, with none 4 to 24 % and 0.02 k.
+/// than whole clay at 0.5 % strain, by where its plane stands on the grid, and bodies 0.06 k at 0.1 cells;
+/// with half of it 0.9 to 8 % and 0.04 k, with none 4 to 24 % and 0.02 k.
 pub(crate) const BODY_NEARNESS: f64 = 0.04;
 
 /// Least slope of the front's share that says where a cut faces [1/cell]: across a closed cut it goes from 0

@@ -3,7 +3,6 @@
 //! A body is *near* a block if its clay may have a value there, or one node below. Where one body is near,
 //! its clay is all clay, f; only blocks that several are near hold values of each.
 
-use super::field::{Field, Lattice};
 use super::grid::{BlockGrid, NodeValues};
 use super::scatter::{Bins, Part};
 use crate::sim::frame::SurfaceParticle;
@@ -33,21 +32,18 @@ impl BodyField {
     }
 }
 
-impl Field {
-    /// The clay of a body at a node; of clay of one body, whatever its number, all clay.
-    pub(crate) fn body_value(&self, body: u32, node: IVec3) -> f32 {
-        let Some(field) = self.bodies.iter().find(|b| b.body == body) else {
-            return if self.bodies.is_empty() { self.grid.value(&self.total, node) } else { 0.0 };
-        };
-        self.grid.value_from(|slot| field.block(&self.total, slot), node)
-    }
-}
-
 /// The fields of the bodies, by number; none of clay of one body.
-pub(super) fn body_fields(particles: &[SurfaceParticle], bins: &Bins, weights: &[f32], lattice: &Lattice) -> Vec<BodyField> {
+/// `values_of` are those of a part in the slots that are stored, `reach` is the nodes' before and behind a
+/// particle's stencil.
+pub(super) fn body_fields(
+    particles: &[SurfaceParticle],
+    bins: &Bins,
+    reach: (i32, i32),
+    values_of: impl Fn(&Part, &(dyn Fn(usize) -> bool + Sync)) -> NodeValues,
+) -> Vec<BodyField> {
     let parts = parts(particles, bins);
     let grid = &bins.grid;
-    let near: Vec<Vec<bool>> = parts.values().map(|part| slots_near(part, bins, lattice.reach())).collect();
+    let near: Vec<Vec<bool>> = parts.values().map(|part| slots_near(part, bins, reach)).collect();
     let is_shared: Vec<bool> = (0..grid.blocks().len()).map(|slot| near.iter().filter(|n| n[slot]).count() > 1).collect();
     // Values of a block come from the particles of the blocks within two of it.
     let is_of_use = |bin: u32| {
@@ -60,7 +56,7 @@ pub(super) fn body_fields(particles: &[SurfaceParticle], bins: &Bins, weights: &
         let is_stored = |slot: usize| near[slot] && is_shared[slot];
         let values = match part.is_empty() {
             true => NodeValues::default(),
-            false => lattice.filter.apply_in(grid, &bins.scatter(&part, weights), is_stored),
+            false => values_of(&part, &is_stored),
         };
         BodyField { body, is_alone, values }
     };

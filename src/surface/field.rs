@@ -208,7 +208,9 @@ impl Field {
             SheetField { body, sheet, front, back }
         };
         let sheets = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
-        let bodies = body_fields(particles, &bins, &weights, &lattice);
+        let bodies = body_fields(particles, &bins, lattice.reach(), |part, is_stored| {
+            filter.apply_in(&bins.grid, &bins.scatter(part, &weights), is_stored)
+        });
         let field = Self { grid: bins.grid, total, bodies, sheets, origin: domain.origin, spacing };
         if !finds_grains {
             return (field, Vec::new());
@@ -279,6 +281,14 @@ impl Field {
         };
         let slots = 0..self.grid.blocks().len();
         slots.flat_map(|slot| self.sheets.iter().map(move |sheet| excess(slot, sheet))).fold(0.0, f32::max)
+    }
+
+    /// The clay of a body at a node; of clay of one body, whatever its number, all clay.
+    pub(crate) fn body_value(&self, body: u32, node: IVec3) -> f32 {
+        let Some(field) = self.bodies.iter().find(|b| b.body == body) else {
+            return if self.bodies.is_empty() { self.grid.value(&self.total, node) } else { 0.0 };
+        };
+        self.grid.value_from(|slot| field.block(&self.total, slot), node)
     }
 
     /// f between nodes, linear along each axis; `at` in node spacings.

@@ -21,7 +21,7 @@
 //!    threshold. A product, and not the least of them: where cuts cross, the edges of the pieces are blunt
 //!    then. Sharp ones come apart into crumbs on the grid (in 41 of 400 crossings; none with the product).
 //! 4. **Two nodes are parted** if they are of different bodies, or if a sheet owns them from opposite sides.
-//!    In a cell, inside nodes that are not parted are of one body of the cell ([`Bodies`], not to be taken
+//!    In a cell, inside nodes that are not parted are of one body of the cell (`Bodies`, not to be taken
 //!    for those of the clay), and so are those that they join: where untouched clay stands beside both
 //!    sides, the crack front passes, and the cut parts nothing there. Empty nodes join nothing: if they did,
 //!    they would bridge the cut along the free surface.

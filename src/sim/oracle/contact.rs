@@ -17,7 +17,8 @@
 //!    the mean of the normals of two, each the slope of the front's share of the tagged mass, fitted to the
 //!    27 nodes about the node, and g the gap between the faces, of two sheets the wider one
 //!    ([`cut::facing`]; no exchange where a normal vanishes). Of fields of two bodies n and g are those
-//!    between all clay of the one and all of the other, whatever sides it has. With `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
+//!    between all clay of the one and all of the other, whatever sides it has. With
+//!    `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
 //!    `m = m_a m_b / (m_a + m_b)` the impulse on b is `-m u` along n and, against sliding, at most
 //!    [`CUT_FRICTION`] times that (never more than stops the sliding).
 //!

@@ -3,8 +3,8 @@
 //! After the frame's last substep, unless [`weld`](super::super::material::ClayMaterial::weld) is off: for
 //! each tag of a particle at its new `x` whose sheet is that of no blade of the plan, with the unfolded node
 //! masses of the last substep's [`p2g`](super::p2g): `M = sum w m`, `G = sum w m (x_i - x)` of the classes
-//! of the particle's body with either side of the sheet. Both sides meet if each has more than `MEETING_SHARE = 1e-3` of
-//! `M_F + M_B`; else, and where the cut's normal, the slope of the front's share,
+//! of the particle's body with either side of the sheet. Both sides meet if each has more than
+//! `MEETING_SHARE = 1e-3` of `M_F + M_B`; else, and where the cut's normal, the slope of the front's share,
 //! `n = (M_B G_F - M_F G_B) / |..|` vanishes, the tag is left alone. The sides are pressed if
 //! `n . sigma n < -c k` with the particle's Cauchy stress `sigma = tau / J` and k the fresh clay's shear
 //! strength.

@@ -80,8 +80,8 @@ pub fn implicit_blades() -> Vec<Agreement> {
     flat.chain(others).map(case).collect()
 }
 
-/// A block that a kept cut divides, or of two bodies, pressed from above, level and askew; slid along, parted,
-/// and cut twice.
+/// A block that a kept cut divides, or of two bodies, pressed from above, level and askew; slid along,
+/// parted, and cut twice.
 pub fn implicit_cuts() -> Vec<Agreement> {
     let level = DVec3::new(0.1, 1.0, 0.05);
     let case = |(name, normal, v, is_crossed, bodies): (&str, DVec3, DVec3, bool, [u32; 2])| {

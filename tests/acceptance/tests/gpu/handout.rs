@@ -7,7 +7,7 @@ use glam::IVec3;
 use libtest_mimic::Failed;
 
 /// Bytes of a particle in the surface and in the state.
-const SURFACE_BYTES: u64 = 24;
+const SURFACE_BYTES: u64 = 28;
 const STATE_BYTES: u64 = 156;
 
 fn case() -> Case {
