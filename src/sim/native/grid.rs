@@ -21,7 +21,7 @@ pub(super) struct Tiles {
     pub table: Arc<Table>,
     /// Sorts of the state before it.
     pub sorts: u64,
-    /// Sums of the untagged particles of each block.
+    /// Sums of the particles of each block that are of the first body and near no cut.
     pub untagged: Vec<Tile>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
     pub tagged: Vec<(ClassKey, Tile)>,

@@ -130,7 +130,7 @@ pub(super) fn particle(hot: &Hot, cold: &Cold) -> Particle {
 /// The particles of one block, which follow those of the block before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Run {
-    /// Untagged particles; they come first.
+    /// Particles of the first body that are near no cut; they come first.
     pub untagged: usize,
     /// The particles of each other class, in the order of their keys.
     pub tagged: Vec<(ClassKey, usize)>,
