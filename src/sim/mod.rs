@@ -12,6 +12,8 @@
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
 //! | `grid`      | walls fold their outer nodes onto the inner ones                   | -                   |
 //! |             | cuts divide the nodes: what is on one side moves as one field      | Eq. 2-3, compatible |
+//! |             | how what stands on two sides of a cut, or two bodies, face each    | -                   |
+//! |             | other                                                              | -                   |
 //! |             | momentum -> velocity, gravity                                      | -                   |
 //! |             | contact: flanks of blades, then the sides of cuts                  | -                   |
 //! |             | walls give their outer nodes the image of the inner ones' velocity | -                   |
@@ -57,6 +59,7 @@ pub mod cut;
 pub mod cutting;
 pub(crate) mod disjoint;
 pub mod engine;
+mod facing;
 pub mod frame;
 pub mod gpu;
 pub mod health;

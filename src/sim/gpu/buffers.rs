@@ -98,7 +98,7 @@ fn node_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * u64::from(size.classes) * 64 * 32
 }
 
-/// Bytes of the keys of each block's classes and of these classes' masses at its nodes.
+/// Bytes of each block's classes, of their masses at its nodes, and of how they face each other there.
 fn cut_bytes(size: NodeSize) -> u64 {
     u64::from(size.slots) * words(cut_words(size.classes))
 }
@@ -220,7 +220,7 @@ impl Buffers {
             Id::ScanSums | Id::ScanWrite => (if cells { slots * 64 } else { self.table_len }).div_ceil(SCAN_CHUNK),
             Id::Slots => groups(self.table_len),
             Id::Clear => slots * self.size.classes,
-            Id::Penalty | Id::Sides | Id::Grid => slots,
+            Id::Penalty | Id::Sides | Id::Faces | Id::Grid => slots,
             Id::Mass => groups(slots),
             Id::Load
             | Id::Mark

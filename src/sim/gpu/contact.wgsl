@@ -162,12 +162,12 @@ fn pair_facing(node: ptr<function, Node>, n: vec3i, a: u32, b: u32) -> Facing {
         if is_between && (*node).divisions[i].blade != NO_BLADE { return Facing(vec3f(0.0), 0.0); }
     }
     let bodies = vec2u(a, b) >> vec2u(DIVISIONS_MAX);
-    if bodies.x != bodies.y { return facing_at(n, Between(0u, bodies.x, bodies.y)); }
+    if bodies.x != bodies.y { return mean_facing(n, between_bodies(bodies.x, bodies.y)); }
     var sum = vec3f(0.0);
     var gap = -3.0;
     for (var i = 0u; i < (*node).division_count; i++) {
         if (((a ^ b) >> i) & 1u) == 0u { continue; }
-        let facing = facing_at(n, Between((*node).divisions[i].sheet, 0u, 0u));
+        let facing = mean_facing(n, (*node).divisions[i].sheet);
         if all(facing.normal == vec3f(0.0)) { return facing; }
         sum += f32(field_side(node, i, b)) * facing.normal;
         gap = max(gap, facing.gap);

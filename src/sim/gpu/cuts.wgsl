@@ -1,6 +1,7 @@
 // The classes of clay in each block: the keys of its particles, and of those whose stencils reach it, the
 // greatest first. Class 0 is the first body's untagged clay, whose key is not listed. Behind the keys of a
-// block stand the folded masses of its classes at its 64 nodes.
+// block stand the folded masses of its classes at its 64 nodes, then what stands on two sides of something in
+// the block, 0 where the list ends, and what its nodes find of each.
 
 const KEYS: u32 = CLASSES - 1u;
 
@@ -10,6 +11,14 @@ fn keys_place(slot: u32) -> u32 {
 
 fn masses_place(slot: u32, class_: u32, k: u32) -> u32 {
     return keys_place(slot) + KEYS + class_ * 64u + k;
+}
+
+fn between_place(slot: u32, i: u32) -> u32 {
+    return keys_place(slot) + KEYS + CLASSES * 64u + i;
+}
+
+fn found_place(slot: u32, i: u32, k: u32) -> u32 {
+    return between_place(slot, BETWEEN_MAX) + (i * 64u + k) * FOUND;
 }
 
 fn key_at(slot: u32, class_: u32) -> u32 {

@@ -109,7 +109,7 @@ impl<'a> Encoding<'a> {
             passes.extend([(Id::Penalty, Variant { cells: true, ..v }), (Id::P2g, v)]);
             let scattered = passes.len();
             if cuts {
-                passes.push((Id::Sides, v));
+                passes.extend([(Id::Sides, v), (Id::Faces, v)]);
             }
             passes.extend([(Id::Grid, v), (Id::G2p, v)]);
             if s == 0 {

@@ -2,9 +2,8 @@
 //! directives.
 
 use super::super::carry::{CARRY_COSINE, CARRY_SHARE};
-use super::super::cut::{
-    BODY_NEARNESS, FACE_DISTANCE, GAP_ALLOWANCE, JOINT_SHEET, NORMAL_REGULARISATION, PLATE_SHEET, SHARE_SLOPE_MIN,
-};
+use super::super::cut::{JOINT_SHEET, PLATE_SHEET};
+use super::super::facing::{DISPLACEMENT, FACE_DISTANCE, NORMAL_REGULARISATION, OBLIQUE_GAP, SLOPE_MIN};
 use super::super::limits::{DIVISIONS_MAX, FLOW_STEPS, SERIES_MAX, STRETCH_MAX, STRETCH_MIN};
 use super::super::material::{SOFTENING_REACH, SQRT_2_3};
 use super::super::params::Wall;
@@ -30,9 +29,22 @@ pub(super) const SCAN_CHUNK: u32 = 1024;
 /// (none, front, back) or of three bodies, about two cuts that cross, and about three (19) with some room.
 pub(super) const CLASSES: [u32; 4] = [1, 3, 9, 25];
 
-/// Words of a block's classes: the keys of all but class 0, and the masses of all at its nodes.
+/// What may stand on two sides of something in one block, for each of [`CLASSES`]: a cut or two bodies; three
+/// bodies each beside the other two, four and some cuts, eight.
+const BETWEEN_MAX: [u32; 4] = [0, 3, 12, 28];
+
+/// How many of them clay of so many classes has room for in a block.
+fn between_max(classes: u32) -> u32 {
+    CLASSES.iter().zip(BETWEEN_MAX).find(|(c, _)| **c == classes).map_or(0, |(_, most)| most)
+}
+
+/// Words that a node finds of two sides.
+const FOUND: u32 = 5;
+
+/// Words of a block's classes: the keys of all but class 0, the masses of all at its nodes, what stands on
+/// two sides of something, and what the nodes find of it.
 pub(super) fn cut_words(classes: u32) -> u32 {
-    if classes > 1 { classes - 1 + 64 * classes } else { 0 }
+    if classes > 1 { classes - 1 + 64 * classes + between_max(classes) * (1 + 64 * FOUND) } else { 0 }
 }
 
 /// The whole text of `pass` for so many [classes](CLASSES) of clay.
@@ -52,6 +64,8 @@ fn constants(classes: u32) -> String {
         ("WORKGROUP", WORKGROUP),
         ("CLASSES", classes),
         ("CUT_WORDS", cut_words(classes)),
+        ("BETWEEN_MAX", between_max(classes)),
+        ("FOUND", FOUND),
         ("CLASSES_MAX", CLASSES[CLASSES.len() - 1]),
         ("TOOLS_MAX", TOOLS_MAX),
         ("PROFILES_MAX", PROFILES_MAX),
@@ -86,13 +100,12 @@ fn constants(classes: u32) -> String {
         ("EDGE_REACH", EDGE_REACH),
         ("EJECTION_SPEED", EJECTION_SPEED),
         ("FOUND_DEPTH", FOUND_DEPTH),
-        ("GAP_ALLOWANCE", GAP_ALLOWANCE),
-        ("BODY_NEARNESS", BODY_NEARNESS),
         ("MEETING_SHARE", MEETING_SHARE),
         ("CARRY_SHARE", CARRY_SHARE),
         ("CARRY_COSINE", CARRY_COSINE),
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
-        ("SHARE_SLOPE_MIN", SHARE_SLOPE_MIN),
+        ("OBLIQUE_GAP", OBLIQUE_GAP),
+        ("SLOPE_MIN", SLOPE_MIN),
         // Of the elastic strain b - I.
         ("PRINCIPAL_MIN", STRETCH_MIN * STRETCH_MIN - 1.0),
         ("PRINCIPAL_MAX", STRETCH_MAX * STRETCH_MAX - 1.0),
@@ -104,7 +117,8 @@ fn constants(classes: u32) -> String {
         ("TRACTION_REACH_MIN", TRACTION_REACH_MIN),
     ];
     let numbers = numbers.map(|(name, value)| (name.to_string(), value)).into_iter();
-    let numbers = numbers.chain(FACE_DISTANCE.into_iter().enumerate().map(|(i, a)| (format!("FACE_DISTANCE_{i}"), a)));
+    let series = |name: &'static str, of: &'static [f64]| of.iter().enumerate().map(move |(i, a)| (format!("{name}_{i}"), *a));
+    let numbers = numbers.chain(series("DISPLACEMENT", &DISPLACEMENT)).chain(series("FACE_DISTANCE", &FACE_DISTANCE));
     let unsigned = unsigned.map(|(name, value)| format!("const {name}: u32 = {value}u;\n"));
     unsigned.chain(numbers.map(|(name, value)| format!("const {name}: f32 = {value:?}f;\n"))).collect()
 }

@@ -6,7 +6,7 @@
 use super::super::cut::ClassKey;
 use super::grid_step::{GridReport, GridStep};
 use super::kernel::Tile;
-use super::meeting::{self, Meeting};
+use super::meeting::{self, Faces, Meeting};
 use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, for_shared_nodes};
 use super::simd::Node;
 use super::state::{NEIGHBOURS, State, Table};
@@ -177,10 +177,10 @@ impl Grid {
         };
         let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
         let cut_slot = &self.cut_slot;
-        let masses_of = |block: IVec3| {
-            let slot = state.table.slot(block).and_then(|s| cut_slot[s].checked_sub(1))?;
-            Some(&masses[slot as usize])
-        };
+        let cut_of = |block: IVec3| state.table.slot(block).and_then(|s| Some(cut_slot[s].checked_sub(1)? as usize));
+        let masses_of = |block: IVec3| Some(&masses[cut_of(block)?]);
+        let faces: Vec<Vec<Faces>> = blocks.par_iter().map(|i| meeting::faces(state.blocks[*i], &masses_of)).collect();
+        let faces_of = |block: IVec3| Some(&faces[cut_of(block)?][..]);
         let mut nodes: Vec<&mut Nodes> =
             self.nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
         let keeps = step.imposed.is_none() && !meeting.cutting.has_ghosts();
@@ -193,7 +193,7 @@ impl Grid {
             match (classes.next(), classes.next()) {
                 // Clay of one class meets nothing.
                 (Some(nodes), None) if is_plain(block) => plain(nodes, step),
-                _ => meeting::update(nodes, Some(cut), block, step, meeting, &masses_of),
+                _ => meeting::update(nodes, Some(cut), block, step, meeting, &faces_of),
             }
         };
         nodes.par_iter_mut().zip(&mut self.cuts).zip(&blocks).map(update).collect()

@@ -7,23 +7,26 @@ mod block;
 mod bounds;
 mod classes;
 mod compared;
+mod faces;
 mod sides;
 mod walls;
 
 pub(super) use bounds::Meeting;
 pub(super) use classes::folded_masses;
+pub(super) use faces::{Faces, faces};
 
-use super::super::cut;
 use super::super::cutting::CuttingMethod;
+use super::super::facing::{Between, Facing};
 use super::super::params::BLOCK;
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
 use super::contact::ToolNow;
 use super::grid_step::{GridReport, GridStep};
 use super::nodes::{CutBlock, Nodes, offset};
-use block::{Block, MassesOf, SideMasses};
+use block::Block;
 use classes::{Classes, Sum};
+use faces::{FacesAbout, FacesOf};
 use glam::{DVec3, IVec3};
-use sides::{Between, is_incompatible};
+use sides::is_incompatible;
 
 /// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
 /// stay as they were summed.
@@ -33,10 +36,10 @@ pub(super) fn update<'a>(
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
-    masses_of: &'a MassesOf<'a>,
+    faces_of: &'a FacesOf<'a>,
 ) -> GridReport {
     let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting);
-    let mut b = Block::new(classes, block, step, meeting, masses_of);
+    let mut b = Block::new(classes, block, step, meeting, faces_of);
     for k in (0..64).filter(|k| !b.is_outer[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
@@ -104,12 +107,12 @@ impl Block<'_> {
     }
 
     /// How the sides of a kept cut, or two bodies, face each other at a node.
-    fn facing(&mut self, node: IVec3, between: Between) -> Option<cut::Facing> {
+    fn facing(&mut self, node: IVec3, between: Between) -> Option<Facing> {
         let at = self.about.iter().position(|about| about.between == between).unwrap_or_else(|| {
-            self.about.push(SideMasses::new(between, self.block, self.masses_of));
+            self.about.push(FacesAbout::new(between, self.block, self.faces_of));
             self.about.len() - 1
         });
-        self.about[at].facing(node - self.block * BLOCK)
+        self.about[at].mean(node - self.block * BLOCK)
     }
 
     /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
@@ -130,7 +133,7 @@ impl Block<'_> {
     }
 
     /// Two fields exchange momentum while they approach, from a to b, by more than there is room for.
-    fn exchange(&mut self, k: usize, a: usize, b: usize, facing: cut::Facing) {
+    fn exchange(&mut self, k: usize, a: usize, b: usize, facing: Facing) {
         let (m_a, m_b) = (self.field[a][k].mass, self.field[b][k].mass);
         if m_a <= 0.0 || m_b <= 0.0 {
             return;
@@ -199,7 +202,7 @@ pub(super) struct Ties {
     pub folds: Vec<Fold>,
     /// The fields that kept cuts divide: a node, the first classes of both, and how the second faces
     /// the first.
-    pub divided: Vec<(usize, [u8; 2], cut::Facing)>,
+    pub divided: Vec<(usize, [u8; 2], Facing)>,
 }
 
 /// The ties of a block.
@@ -209,12 +212,12 @@ pub(super) fn ties<'a>(
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
-    masses_of: &'a MassesOf<'a>,
+    faces_of: &'a FacesOf<'a>,
 ) -> Ties {
     let classes = Classes::new(nodes, cut, block, step, meeting);
     let fold = |c: &walls::Column| Fold { outer: c.outer, wall: c.wall, inner: c.inner, image: c.reflect(DVec3::ONE) };
     let folds: Vec<Fold> = classes.folds.iter().map(fold).collect();
-    let mut nodes = Block::new(classes, block, step, meeting, masses_of);
+    let mut nodes = Block::new(classes, block, step, meeting, faces_of);
     let mut divided = vec![];
     for k in (0..64).filter(|k| !nodes.is_outer[*k]).collect::<Vec<_>>() {
         let (divisions, fields) = (nodes.divisions[k], nodes.fields[k]);

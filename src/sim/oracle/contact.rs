@@ -14,10 +14,10 @@
 //! 2. **Fields**: each two fields a, b of a node, in the order of their bodies and of the divisions they are
 //!    beyond (bit i for the i-th sheet), exchange momentum while they approach along n by more than there is
 //!    room for, unless a blade stands between them. n is the normal from a to b of the sheet between them, or
-//!    the mean of the normals of two, each the slope of the front's share of the tagged mass, fitted to the
-//!    27 nodes about the node, and g the gap between the faces, of two sheets the wider one
-//!    ([`cut::facing`]; no exchange where a normal vanishes). Of fields of two bodies n and g are those
-//!    between all clay of the one and all of the other, whatever sides it has. With
+//!    the mean of the normals of two, and g the gap between the faces, of two sheets the wider one, both in
+//!    the mean over what the 27 nodes about the node find ([`facing`](super::super::facing); no exchange
+//!    where a normal vanishes). Of fields of two bodies n and g are those between all clay of the one and all
+//!    of the other, whatever sides it has. With
 //!    `u = (v_b - v_a) . n + dx max(0, g) / h < 0` and the reduced mass
 //!    `m = m_a m_b / (m_a + m_b)` the impulse on b is `-m u` along n and, against sliding, at most
 //!    [`CUT_FRICTION`] times that (never more than stops the sliding).
@@ -33,7 +33,7 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::cut::{self, Faces, Facing};
+use super::super::facing::{Between, Facing, Sample, facing};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Field, Grid, Node};
@@ -83,6 +83,30 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
     }
 }
 
+/// What each node finds of the sides that meet there ([`facing`]).
+pub(super) fn find_faces(grid: &mut Grid) {
+    let of_node = |(index, coordinate): (usize, IVec3)| {
+        let node = &grid.nodes[index].folded;
+        let found = |between: Between| {
+            let masses = |at: IVec3| grid.get(at).map_or([0.0; 2], |n| n.folded.masses(between));
+            let own = node.masses(between);
+            if own.contains(&0.0) {
+                return None;
+            }
+            let about = offsets().map(|o| (o, Sample::new(coordinate + o, masses)));
+            Some((between, facing(about)?.weighted(own)))
+        };
+        Between::all(node.iter().map(|(key, _)| key)).into_iter().filter_map(found).collect()
+    };
+    let found: Vec<Vec<_>> = grid.coordinates().enumerate().map(of_node).collect();
+    grid.nodes.iter_mut().zip(found).for_each(|(node, found)| node.found = found);
+}
+
+/// From a node to the 27 nodes about it.
+fn offsets() -> impl Iterator<Item = IVec3> {
+    (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1))
+}
+
 /// The fields of a node that press on each other, in the order of both, and how the second faces the first,
 /// its normal from the first to the second: across the one cut between them, or both of two, or from body to
 /// body. Not those that a blade stands between, which acts on both, nor where there is no normal.
@@ -99,23 +123,14 @@ fn facing_of(grid: &Grid, coordinate: IVec3, node: &Node, [from, to]: [&Field; 2
     if between.iter().any(|i| node.divisions[*i].band.is_some()) {
         return None;
     }
-    let about = |faces: Faces, masses: &dyn Fn(&Node) -> (f64, f64)| {
-        let offsets = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        cut::facing(
-            faces,
-            offsets.map(|o| {
-                let (front, back) = grid.get(coordinate + o).map_or((0.0, 0.0), masses);
-                (o, front, back)
-            }),
-        )
+    let mean = |between: Between| {
+        let nodes = offsets().filter_map(|o| grid.get(coordinate + o));
+        Facing::mean(nodes.flat_map(|n| n.found.iter().filter(|found| found.0 == between).map(|found| found.1)))
     };
     if from.body != to.body {
-        return about(Faces::Bodies, &|n| (n.folded.mass_of(to.body), n.folded.mass_of(from.body)));
+        return mean(Between::Bodies { back: from.body, front: to.body });
     }
-    let of_cut = |i: usize| {
-        let sheet = node.divisions[i].sheet;
-        Some(about(Faces::Sides, &|n| (n.folded.mass_on(sheet, 1), n.folded.mass_on(sheet, -1)))?.turned(node.side(to, i)))
-    };
+    let of_cut = |i: usize| Some(mean(Between::Sides(node.divisions[i].sheet))?.turned(node.side(to, i)));
     Facing::across(between.into_iter().map(of_cut).collect::<Option<Vec<_>>>()?.into_iter())
 }
 

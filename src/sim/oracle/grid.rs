@@ -1,6 +1,7 @@
 //! Nodes: what the particles bring, the fields that move, and the box of them about the clay.
 
 use super::super::cut::ClassKey;
+use super::super::facing::Between;
 use super::stencil;
 use glam::{DVec3, IVec3};
 
@@ -121,6 +122,12 @@ impl Classes {
         self.iter().filter(|(key, _)| its(*key)).map(|(_, sum)| sum.mass).sum()
     }
 
+    /// Masses \[kg\] of the clay in front of something and behind it.
+    pub(super) fn masses(&self, between: Between) -> [f64; 2] {
+        [true, false]
+            .map(|side| self.iter().filter(|(key, _)| between.is_front(*key) == Some(side)).map(|(_, sum)| sum.mass).sum())
+    }
+
     /// Mass \[kg\] of the clay on one side of a sheet.
     pub(super) fn mass_on(&self, sheet: u8, side: i8) -> f64 {
         self.iter().filter(|(key, _)| key.side(sheet) == side).map(|(_, sum)| sum.mass).sum()
@@ -136,6 +143,9 @@ pub(super) struct Node {
     pub(super) folded: Classes,
     /// The sheets that divide the clay here, in their order; none at a whole node.
     pub(super) divisions: Vec<Division>,
+    /// How what stands on two sides of something here faces each other, by this node and those about it
+    /// alone, as it counts in a mean.
+    pub(super) found: Vec<(Between, [f64; 5])>,
     /// What moves apart here, by [`Field::body`] and [`Field::beyond`] in order.
     pub(super) fields: Vec<Field>,
     /// The walls at which clay that moves here has arrived, a bit each.

@@ -22,9 +22,9 @@
 //! | `report`               | momentum, energy and volume                       | -                      |
 //!
 //! What it shares with the engines is what their comparison cannot judge: the material's yield stress
-//! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact (`penalty`),
-//! `facing` (`cut`) and tags' counts (`weld`), the tools' paths. Their own tests judge these,
-//! against closed forms.
+//! (`material`), shapes, the blade's sides, `stick` (`tool`), the law of contact (`penalty`), how sides face
+//! each other (`facing`), tags' counts (`weld`), the tools' paths. Their own tests judge these, against
+//! closed forms.
 //!
 //! Sources: MLS-MPM and CPIC, Hu et al. 2018 (ACM TOG 37:150); APIC, Jiang et al. 2015 (ACM TOG 34:51); Eq.
 //! numbers are those of the paper named in [`sim`](super). Lengths are in cells, all else in SI units.

@@ -36,6 +36,7 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     let columns = walls::fold(&mut grid, &around);
     sides::divide(&mut grid, &around);
     sides::sum_fields(&mut grid);
+    contact::find_faces(&mut grid);
     if plan.cutting.has_ghosts() {
         ghost::withhold(&mut grid);
     }

@@ -176,6 +176,9 @@ fn trail(plan: &FramePlan) -> f64 {
     plan.tools.iter().map(friction).fold(0.0, f64::max) * NORMAL_STIFFNESS / TANGENTIAL_STIFFNESS
 }
 
+/// Forces out of balance over those that clay bears [-] below which an implicit step is as good as done.
+const NEAR_LEAST: f64 = 1e-3;
+
 /// Holds the engine to its limits against the oracle after the plan's substeps.
 pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     let Agreement { name, case, position, strain, tagged } = agreement;
@@ -185,10 +188,16 @@ pub fn assert_close(engine: &mut dyn Engine, agreement: &Agreement) {
     assert!(d.velocity <= position && d.affine <= 3.0 * position && d.history <= 2.0 * strain, "{name}: {d:?}");
     assert!(d.clinging == 0 && d.anchor <= trail(&case.plan).max(1.0) * position, "{name}: {d:?}");
     assert_eq!((ours.welded, ours.carried, ours.sheets), (theirs.welded, theirs.carried, theirs.sheets), "{name}");
-    assert_eq!((ours.body_max, ours.passes, ours.rejected), (theirs.body_max, theirs.passes, theirs.rejected), "{name}");
-    // Of what is as good as found only rounding is left.
-    let residual_off = (ours.residual - theirs.residual).abs();
-    assert!(residual_off <= 1e-3 * theirs.residual + 1e-6, "{name}: {} {}", ours.residual, theirs.residual);
+    assert_eq!((ours.body_max, ours.passes), (theirs.body_max, theirs.passes), "{name}");
+    // Near the least rounding decides whether the sides of a cut stick or slide, whether a step is cut for
+    // it, and what is left.
+    if theirs.residual > NEAR_LEAST {
+        assert_eq!(ours.rejected, theirs.rejected, "{name}");
+        let residual_off = (ours.residual - theirs.residual).abs();
+        assert!(residual_off <= 1e-3 * theirs.residual, "{name}: {} {}", ours.residual, theirs.residual);
+    } else {
+        assert!(ours.residual <= NEAR_LEAST, "{name}: {} {}", ours.residual, theirs.residual);
+    }
     assert!(ours.has_loose_clay.is_some() && ours.has_loose_clay == theirs.has_loose_clay, "{name}: {:?}", ours.has_loose_clay);
     let scale = theirs.impulse_scale + theirs.momentum_scale;
     for (a, b) in ours.tools.iter().zip(&theirs.tools) {

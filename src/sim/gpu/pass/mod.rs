@@ -1,6 +1,8 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
-use super::part::{ARRIVALS, BOOKS, CONTACT, CUTS, CUTS_WRITTEN, EDGE, LAW, MEETING, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD};
+use super::part::{
+    ARRIVALS, BETWEEN, BOOKS, CONTACT, CUTS, CUTS_WRITTEN, EDGE, LAW, MEETING, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD,
+};
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
 /// own.
@@ -50,7 +52,8 @@ passes! {
     Penalty = "penalty", false, [STATE, TABLE, TOOL, SPRINGS, EDGE, BOOKS, ARRIVALS];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
     Sides = "sides", true, [WALLS, CUTS_WRITTEN];
-    Grid = "grid", false, [TABLE, CUTS, TOOL, BOOKS, CONTACT, WALLS];
+    Faces = "faces", true, [TABLE, CUTS_WRITTEN, BETWEEN];
+    Grid = "grid", false, [TABLE, CUTS, TOOL, BOOKS, BETWEEN, CONTACT, WALLS];
     G2p = "g2p", false, [STATE, TABLE, CUTS, LAW, TOOL, YIELD];
     // Frame's end.
     Weld = "weld", true, [STATE, TABLE, CUTS, LAW, TOOL, MEETING];

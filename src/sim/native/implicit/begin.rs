@@ -5,7 +5,7 @@ use super::super::super::cut::ClassKey;
 use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MIN, GUESS_WAY_MAX};
 use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
-use super::super::meeting::{self, Fold, Meeting, Ties};
+use super::super::meeting::{self, Faces, Fold, Meeting, Ties};
 use super::super::nodes::{ClassMasses, CutBlock};
 use super::super::state::State;
 use super::layout::{Index, Layout, Link, Place};
@@ -110,6 +110,9 @@ fn ties(
     let folded = |i: usize| cuts[i].map(|cut| meeting::folded_masses(&sums[i], cut, state.blocks[i], step, meeting));
     let masses: Vec<Option<ClassMasses>> = (0..state.blocks.len()).into_par_iter().map(folded).collect();
     let masses_of = |block: IVec3| masses[state.table.slot(block)?].as_ref();
+    let found = |i: usize| if cuts[i].is_some() { meeting::faces(state.blocks[i], &masses_of) } else { vec![] };
+    let faces: Vec<Vec<Faces>> = (0..state.blocks.len()).into_par_iter().map(found).collect();
+    let faces_of = |block: IVec3| Some(&faces[state.table.slot(block)?][..]);
     let found: Vec<Found> = (0..state.blocks.len())
         .into_par_iter()
         .map(|i| {
@@ -119,7 +122,7 @@ fn ties(
                 return (links, (folds, vec![]));
             }
             let slot_of = |class: usize| slot_of(i, class);
-            let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &masses_of);
+            let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &faces_of);
             let divided = divided.into_iter().map(|(node, fields, facing)| {
                 let slots = fields.map(|class| slot_of(class.into()) as u32);
                 Divided { slots, node: node as u8, normal: facing.normal, room: facing.room() }

@@ -1,7 +1,7 @@
 //! The two sides of a kept cut press on each other, as the oracle's file of this name has it: fields of a
 //! node that a cut divides may part, and not approach. In f64, one pair after the other.
 
-use super::super::super::implicit::CLOSED_GAP;
+use super::super::super::implicit::{CLOSED_GAP, SLIDING_WAY};
 use super::super::super::tool::CUT_FRICTION;
 use super::vectors::{Block3, Vector};
 use glam::DVec3;
@@ -22,7 +22,7 @@ pub(super) struct Divided {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Hold {
     Open,
-    /// Closed, and held along the cut too.
+    /// Closed, and held along the cut too: it has not slid in this step, or hardly.
     Sticks,
     /// Closed, with this force on the second along the cut.
     Slides(DVec3),
@@ -79,6 +79,11 @@ impl Pair {
     /// The way of the second against the first from where they would touch.
     fn beyond_touch(&self, u: &[Block3]) -> DVec3 {
         self.apart(u) + self.room * self.normal
+    }
+
+    /// The part of that way along the cut: how far they have slid in this step.
+    fn slid(&self, u: &[Block3]) -> DVec3 {
+        self.apart(u).reject_from_normalized(self.normal)
     }
 
     /// What is out of balance between the two, as a force on the second.
@@ -141,10 +146,16 @@ impl Pairs {
         self.close(u);
     }
 
-    /// Takes from the displacements what approaches. Whether anything does comes back.
+    /// Takes from the displacements what approaches, and what friction would have slide back. Whether
+    /// anything does comes back.
     pub(super) fn close(&self, u: &mut Vector) -> bool {
         let mut is_any = false;
         for pair in &self.all {
+            let slid = pair.slid(u);
+            if matches!(pair.hold, Hold::Slides(friction) if friction.dot(slid) > 0.0) {
+                is_any = true;
+                pair.bring_together(u, slid);
+            }
             let across = pair.beyond_touch(u).dot(pair.normal);
             if across < 0.0 {
                 is_any = true;
@@ -161,8 +172,10 @@ impl Pairs {
             let push = reaction.dot(pair.normal);
             let along = reaction - push * pair.normal;
             let most = CUT_FRICTION * push.max(0.0);
+            let slid = pair.slid(u);
             pair.hold = match () {
                 () if pair.beyond_touch(u).dot(pair.normal) > CLOSED_GAP || push < -self.nothing => Hold::Open,
+                () if slid.length() > SLIDING_WAY => Hold::Slides(slid * (-most / slid.length())),
                 () if along.length() <= most.max(self.nothing) => Hold::Sticks,
                 () => Hold::Slides(along * (most / along.length())),
             };

@@ -1,13 +1,12 @@
 //! The nodes of a block that walls, tools or cuts meet: the fields of clay at each, and how they move.
 
-use super::super::super::cut;
 use super::super::super::params::BLOCK;
 use super::super::grid_step::{GridReport, GridStep};
-use super::super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, local, offset};
-use super::super::state::NEIGHBOURS;
+use super::super::nodes::{CutBlock, Ghosts, Nodes, offset};
 use super::bounds::Meeting;
 use super::classes::{Classes, Sum};
-use super::sides::{Between, Divisions, Fields, ghosts_of, is_incompatible};
+use super::faces::{FacesAbout, FacesOf};
+use super::sides::{Divisions, Fields, ghosts_of, is_incompatible};
 use glam::{DVec3, IVec3};
 
 /// The 64 nodes.
@@ -27,81 +26,16 @@ pub(super) struct Block<'a> {
     pub(super) ghosts: Vec<Ghosts>,
     /// Gravity and other body forces at each node.
     pub(super) gravity: [DVec3; 64],
-    /// The masses about the block on either side of what divides one of its nodes in two.
-    pub(super) about: Vec<SideMasses>,
-    pub(super) masses_of: &'a MassesOf<'a>,
+    /// How what divides one of its nodes in two was found to face each other about the block.
+    pub(super) about: Vec<FacesAbout>,
+    pub(super) faces_of: &'a FacesOf<'a>,
     pub(super) block: IVec3,
     pub(super) report: GridReport,
 }
 
-/// The folded masses of the classes of the block at these coordinates, if any of its clay is tagged.
-pub(in super::super) type MassesOf<'a> = dyn Fn(IVec3) -> Option<&'a ClassMasses> + Sync + 'a;
-
-/// Nodes along an edge of the block and one around it.
-const ABOUT: usize = BLOCK as usize + 2;
-
-/// Masses in front of a cut or another body and behind it at the nodes of a block and those around it, z
-/// fastest.
-pub(super) struct SideMasses {
-    pub(super) between: Between,
-    sides: [[f32; 2]; ABOUT * ABOUT * ABOUT],
-}
-
-impl SideMasses {
-    pub(super) fn new(between: Between, block: IVec3, masses_of: &MassesOf<'_>) -> Self {
-        let mut sides = [[0.0; 2]; ABOUT * ABOUT * ABOUT];
-        for offset in NEIGHBOURS {
-            let Some(classes) = masses_of(block + offset) else { continue };
-            // Our coordinates from -1 on, and what to add for the neighbour's own.
-            let range = |o: i32| match o {
-                -1 => (-1, 0, BLOCK),
-                0 => (0, BLOCK, 0),
-                _ => (BLOCK, BLOCK + 1, -BLOCK),
-            };
-            let (x, y, z) = (range(offset.x), range(offset.y), range(offset.z));
-            for (key, masses) in classes {
-                let Some(is_front) = between.is_front(*key) else { continue };
-                let side = usize::from(!is_front);
-                for i in x.0..x.1 {
-                    for j in y.0..y.1 {
-                        for k in z.0..z.1 {
-                            sides[Self::at(IVec3::new(i, j, k))][side] += masses[local(i + x.2, j + y.2, k + z.2)];
-                        }
-                    }
-                }
-            }
-        }
-        Self { between, sides }
-    }
-
-    /// Place of a node, relative to the block, each coordinate in -1 ..= 4.
-    fn at(node: IVec3) -> usize {
-        let n = (node + 1).as_usizevec3();
-        (n.x * ABOUT + n.y) * ABOUT + n.z
-    }
-
-    /// How the two face each other at a node of the block.
-    pub(super) fn facing(&self, node: IVec3) -> Option<cut::Facing> {
-        let about = (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
-        cut::facing(
-            self.between.faces(),
-            about.map(|o| {
-                let [front, back] = self.sides[Self::at(node + o)].map(f64::from);
-                (o, front, back)
-            }),
-        )
-    }
-}
-
 impl<'a> Block<'a> {
     /// Tells the sides apart and makes momentum velocity.
-    pub(super) fn new(
-        classes: Classes,
-        block: IVec3,
-        step: &GridStep,
-        meeting: &Meeting<'_>,
-        masses_of: &'a MassesOf<'a>,
-    ) -> Self {
+    pub(super) fn new(classes: Classes, block: IVec3, step: &GridStep, meeting: &Meeting<'_>, faces_of: &'a FacesOf<'a>) -> Self {
         let mut gravity = [step.gravity; 64];
         if step.imposed.is_some() {
             // A manufactured solution's body force is dear: none where there is no clay.
@@ -160,7 +94,7 @@ impl<'a> Block<'a> {
             ghosts,
             gravity,
             about: vec![],
-            masses_of,
+            faces_of,
             block,
             report,
         }

@@ -5,7 +5,8 @@
 //! there. Clay that it has not tagged moves with the owner's side. A field is the clay of one body that is
 //! beyond the same divisions.
 
-use super::super::super::cut::{ClassKey, Faces, Facing};
+use super::super::super::cut::ClassKey;
+use super::super::super::facing::{Between, Facing};
 use super::super::super::limits;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
@@ -104,32 +105,6 @@ impl Divisions {
             facings[i] = Some(facing(Between::Sides(division.sheet))?.turned(self.side(b.beyond, i)));
         }
         Facing::across(facings.into_iter().flatten())
-    }
-}
-
-/// What two fields of a node stand on either side of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Between {
-    /// The sides of a cut, by its sheet.
-    Sides(u8),
-    /// Two bodies, one for the back and one for the front.
-    Bodies { back: u16, front: u16 },
-}
-
-impl Between {
-    pub(super) fn faces(self) -> Faces {
-        match self {
-            Self::Sides(_) => Faces::Sides,
-            Self::Bodies { .. } => Faces::Bodies,
-        }
-    }
-
-    /// Whether the clay of a class stands on it, and whether in front.
-    pub(super) fn is_front(self, key: ClassKey) -> Option<bool> {
-        match self {
-            Self::Sides(sheet) => Some(key.side(sheet)).filter(|side| *side != 0).map(|side| side > 0),
-            Self::Bodies { back, front } => Some(key.body() == front).filter(|is_front| *is_front || key.body() == back),
-        }
     }
 }
 

@@ -6,17 +6,21 @@
 //! falls short is taken from both, by the other's share of their mass, so that momentum stays. A field that
 //! is too light to be an unknown gives way alone.
 //!
-//! The reaction on b, `(m_a R_b - m_b R_a) / (m_a + m_b)`, is what is out of balance between the two. A
-//! pair is *closed* where w . n is 0 ([`CLOSED_GAP`]) and the reaction does not pull. Of a closed pair the
-//! rows across are not searched: the reaction is taken out of slopes, and w out of steps, by projections
-//! that are each other's transpose. Its friction is lagged: if the reaction along the cut is at most
-//! [`CUT_FRICTION`] of that across it *sticks*, and w is not searched at all; else it slides under a force
-//! of that size, along the reaction, till the next step of the iterations. Pairs that do not part in the
-//! first guess start sticking, with w = 0.
+//! The reaction on b, `(m_a R_b - m_b R_a) / (m_a + m_b)`, is what is out of balance between the two. A pair
+//! is *closed* where w . n is 0 ([`CLOSED_GAP`]) and the reaction does not pull. Of a closed pair the rows
+//! across are not searched: the reaction is taken out of slopes, and w out of steps, by projections that are
+//! each other's transpose. Its friction is lagged: as long as it has not slid ([`SLIDING_WAY`]) and the
+//! reaction along the cut is at most [`CUT_FRICTION`] of that across, it *sticks*, and w is not searched at
+//! all; else it slides under a force of that size till the next step of the iterations: against the way along
+//! the cut, or along the reaction where there is none yet. Friction stops what slides and pushes nothing
+//! back: a way along the cut that it would turn round is taken from both, too. (A pair that stuck wherever it
+//! stood, after it had slid in the step, bore less than its friction: the better a step was solved, the
+//! faster clay went down a slope on which it should have crept.) Pairs that do not part in the first guess
+//! start sticking, with w = 0.
 //!
 //! Momentum is kept to rounding, and the reactions cancel in what is out of balance.
 
-use super::super::super::implicit::CLOSED_GAP;
+use super::super::super::implicit::{CLOSED_GAP, SLIDING_WAY};
 use super::super::super::tool::CUT_FRICTION;
 use super::super::contact::facings;
 use super::super::grid::Grid;
@@ -28,7 +32,7 @@ use glam::{BVec3, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Hold {
     Open,
-    /// Closed, and held along the cut too.
+    /// Closed, and held along the cut too: it has not slid in this step, or hardly.
     Sticks,
     /// Closed, with this force on b along the cut \[N\].
     Slides(DVec3),
@@ -53,6 +57,8 @@ pub(super) struct Pairs {
     all: Vec<Pair>,
     /// Greatest w . n at which a pair touches \[m\].
     touching: f64,
+    /// Way along a cut from which on a pair slides \[m\].
+    sliding: f64,
     /// Forces that count as none \[N\].
     nothing: f64,
 }
@@ -65,6 +71,11 @@ impl Pair {
     /// The way of the second against the first from where they would touch.
     fn beyond_touch(&self, u: &[DVec3]) -> DVec3 {
         self.apart(u) + self.room * self.normal
+    }
+
+    /// The part of that way along the cut: how far they have slid in this step.
+    fn slid(&self, u: &[DVec3]) -> DVec3 {
+        self.apart(u).reject_from_normalized(self.normal)
     }
 
     /// What is out of balance between the two, as a force on the second.
@@ -110,7 +121,8 @@ impl Pairs {
         }
         let (material, cell_width) = (&around.plan.material, around.domain.cell_width);
         let touching = CLOSED_GAP * cell_width;
-        Self { all, touching, nothing: (material.lame_lambda() + 2.0 * material.lame_mu()) * cell_width * touching }
+        let sliding = SLIDING_WAY * cell_width;
+        Self { all, touching, sliding, nothing: (material.lame_lambda() + 2.0 * material.lame_mu()) * cell_width * touching }
     }
 
     /// Makes the first guess one that is possible: what does not part sticks.
@@ -125,9 +137,13 @@ impl Pairs {
         self.close(u);
     }
 
-    /// Takes from the displacements what approaches.
+    /// Takes from the displacements what approaches, and what friction would have slide back.
     pub(super) fn close(&self, u: &mut [DVec3]) {
         for pair in &self.all {
+            let slid = pair.slid(u);
+            if matches!(pair.hold, Hold::Slides(friction) if friction.dot(slid) > 0.0) {
+                pair.bring_together(u, slid);
+            }
             let across = pair.beyond_touch(u).dot(pair.normal);
             if across < 0.0 {
                 pair.bring_together(u, across * pair.normal);
@@ -142,8 +158,10 @@ impl Pairs {
             let push = reaction.dot(pair.normal);
             let along = reaction - push * pair.normal;
             let most = CUT_FRICTION * push.max(0.0);
+            let slid = pair.slid(u);
             pair.hold = match () {
                 () if pair.beyond_touch(u).dot(pair.normal) > self.touching || push < -self.nothing => Hold::Open,
+                () if slid.length() > self.sliding => Hold::Slides(slid * (-most / slid.length())),
                 () if along.length() <= most.max(self.nothing) => Hold::Sticks,
                 () => Hold::Slides(along * (most / along.length())),
             };
