@@ -55,7 +55,10 @@ fn blade(world: &World, y: f64) -> Pose {
 fn sides(before: &Before, after: &Snapshot, cell: f64) -> Result<String, String> {
     let place = |p: &Particle| before.clay.domain.to_world(p.grid()).x - before.plane;
     let places: HashMap<u32, f64> = before.clay.particles.iter().map(|p| (p.id, place(p) / cell)).collect();
-    let side = |p: &Particle| ClassKey::new(p.body, p.tags).sides().next().map(|(_, side)| side);
+    // A cut that has gone through leaves two bodies, and no sides.
+    let last = after.particles.iter().map(|p| p.body).max().unwrap_or(0);
+    let of_body = |p: &Particle| (last > 0).then_some(if p.body == last { 1 } else { -1 });
+    let side = |p: &Particle| ClassKey::new(p.body, p.tags).sides().next().map(|(_, side)| side).or(of_body(p));
     let mut beside: Vec<(i8, f64)> = after.particles.iter().filter_map(|p| Some((side(p)?, *places.get(&p.id)?))).collect();
     // Which side is which: the blade has a front.
     let front: f64 = beside.iter().map(|(side, x)| f64::from(*side) * x).sum();
@@ -63,7 +66,7 @@ fn sides(before: &Before, after: &Snapshot, cell: f64) -> Result<String, String>
     let nearest = |of: i8| beside.iter().filter(|(side, _)| *side == of).map(|(_, x)| x.abs()).fold(f64::INFINITY, f64::min);
     let wrong = beside.iter().map(|(side, x)| -f64::from(*side) * x).fold(0.0, f64::max);
     let said = format!(
-        "{} particles beside the blade, the nearest {:.3} and {:.3} cells from it, none on its wrong side by more than {wrong:.3}",
+        "{} particles on either side of the blade, the nearest {:.3} and {:.3} cells from it, none on its wrong side by more than {wrong:.3}",
         beside.len(),
         nearest(-1),
         nearest(1)
