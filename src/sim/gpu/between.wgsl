@@ -1,6 +1,7 @@
 // What stands on two sides of something: those of a cut, by its sheet, or two bodies; and how the two face
 // each other at a node, in the mean over what the nodes about it find (`facing`).
 
+// Bodies are numbered in 14 bits.
 const BODIES: u32 = 1u << 28u;
 
 fn between_bodies(back: u32, front: u32) -> u32 {

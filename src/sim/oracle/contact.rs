@@ -33,7 +33,7 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::facing::{Between, Facing, Sample, facing};
+use super::super::facing::{Between, Facing, Sample, facing, offsets};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Field, Grid, Node};
@@ -100,11 +100,6 @@ pub(super) fn find_faces(grid: &mut Grid) {
     };
     let found: Vec<Vec<_>> = grid.coordinates().enumerate().map(of_node).collect();
     grid.nodes.iter_mut().zip(found).for_each(|(node, found)| node.found = found);
-}
-
-/// From a node to the 27 nodes about it.
-fn offsets() -> impl Iterator<Item = IVec3> {
-    (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1))
 }
 
 /// The fields of a node that press on each other, in the order of both, and how the second faces the first,

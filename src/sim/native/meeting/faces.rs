@@ -1,7 +1,7 @@
 //! How the sides of cuts, and bodies, face each other: what each node finds by itself, for all blocks first,
 //! and its mean over the nodes about one.
 
-use super::super::super::facing::{Between, Facing, Sample, facing};
+use super::super::super::facing::{Between, Facing, Sample, facing, offsets};
 use super::super::super::params::BLOCK;
 use super::super::nodes::{ClassMasses, local, offset};
 use super::super::state::NEIGHBOURS;
@@ -89,11 +89,6 @@ impl FacesAbout {
     pub(super) fn mean(&self, node: IVec3) -> Option<Facing> {
         Facing::mean(offsets().map(|o| self.found[place(node + o, 1)].map(f64::from)))
     }
-}
-
-/// From a node to the 27 nodes about it.
-fn offsets() -> impl Iterator<Item = IVec3> {
-    (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1))
 }
 
 /// Place of a node of a block, or of one of the `ring` nodes about it, among all of them, z fastest.
