@@ -156,9 +156,9 @@ validate() {
     "$CARGO_TARGET_DIR/debug/validate" all --quick --json "$results/validate.json"
 }
 
-# The crate as it would be published: small enough, and all there. An app that is no member of anything depends on it and presses a ball into clay.
+# The crate as it would be published: small enough.
 package() {
-    local dirty=() crate size
+    local dirty=() size
     [ -n "${CI:-}" ] || dirty=(--allow-dirty)
     cargo package --quiet -p bevy_clay --no-verify "${dirty[@]}"
     crate=$(ls "$CARGO_TARGET_DIR"/package/bevy_clay-*.crate)
@@ -168,6 +168,10 @@ package() {
         echo "the package is larger than 2 MiB: see include in Cargo.toml" >&2
         return 1
     }
+}
+
+# All of it is there: an app that is no member of anything depends on it and presses a ball into clay.
+run_outside() {
     outside=$(mktemp -d)
     cp -r tests/outside/. "$outside"
     tar -xf "$crate" -C "$outside"
@@ -197,6 +201,7 @@ root=$!
 section "crates" cargo fetch --quiet --locked
 section "format" cargo fmt --check
 section "scripts" check_scripts
+section "package" package
 section "lints without Bevy" cargo clippy --quiet --no-default-features --all-targets -- -D warnings
 section "tests without Bevy" run_tests core --no-default-features --lib --bins --tests --examples -- --quiet
 section "doc tests without Bevy" run_tests core-doc --no-default-features --doc -- --quiet
@@ -210,5 +215,5 @@ section "doc tests with Bevy" run_tests bevy-doc "${with_bevy[@]}" --doc -- --qu
 section "docs without Bevy" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps --no-default-features --lib --examples
 # Of the examples too: without them Cargo chooses features of common crates for which all that Bevy brings would be compiled once more.
 section "docs" env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --no-deps "${with_bevy[@]}" --features reference --lib --examples
-section "package and an app outside" package
+section "an app outside" run_outside
 current=end

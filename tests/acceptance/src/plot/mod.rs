@@ -2,6 +2,7 @@
 //! bare machine draws them too.
 
 mod axis;
+mod indexed;
 mod text;
 
 pub use axis::{Axis, number, text};
@@ -56,7 +57,7 @@ pub fn draw(picture: &impl Picture, size: (u32, u32)) -> Result<[Vec<u8>; 2], Pl
 
     let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
     paint_on(picture, Typeset::new(BitMapBackend::with_buffer(&mut pixels, size), font))?;
-    let png = encode_png(&pixels, size).map_err(|e| PlotError::Paint(e.to_string()))?;
+    let png = indexed::encode(&pixels, size).map_err(|e| PlotError::Paint(e.to_string()))?;
     Ok([svg.into_bytes(), png])
 }
 
@@ -68,16 +69,4 @@ fn paint_on<B: DrawingBackend>(picture: &impl Picture, backend: B) -> Result<(),
         area.present()
     };
     paint().map_err(|e: DrawingAreaErrorKind<B::ErrorType>| PlotError::Paint(e.to_string()))
-}
-
-fn encode_png(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = vec![];
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(bytes)
 }
