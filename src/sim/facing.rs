@@ -20,7 +20,7 @@
 //! 0.3 %, and a cut that was never open bears as whole clay within 4 %; without, 0.02 k, and 4 to 24 %.
 
 use super::cut::ClassKey;
-use glam::{DMat3, DVec3, DVec4, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 
 /// What stands on two sides: those of a cut, or two bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,32 +89,48 @@ impl Facing {
         [x, y, z, mass * self.gap, mass]
     }
 
-    /// The mean of what nodes have found; none where none has, or where normals cancel.
-    pub(crate) fn mean(found: impl Iterator<Item = [f64; 5]>) -> Option<Self> {
-        let [x, y, z, gap, mass] = found.fold([0.0; 5], |sum, f| std::array::from_fn(|i| sum[i] + f[i]));
+    /// The mean of what nodes have found, by its sum; none where none has, or where normals cancel.
+    pub(crate) fn mean([x, y, z, gap, mass]: [f64; 5]) -> Option<Self> {
         Some(Self { normal: DVec3::new(x, y, z).try_normalize()?, gap: gap / mass })
     }
 }
 
-/// What a node tells of two sides.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sample {
-    /// Masses in front and behind.
-    masses: [f64; 2],
-    /// From the node to the middle of the clay that has come to it \[cells\].
-    displacement: DVec3,
-}
+/// What a node tells of two sides to the fits of the nodes about it; sums of these, each by [`near`], make
+/// [`facing`]. Places are in cells from an origin that all of a sum have in common.
+///
+/// First the mass in front times place and 1, then that behind. Then come numbers that count by the mass
+/// `w = F B / (F + B)` which both share, p the middle of the node's clay and s the logarithm `ln(F / B)`: w,
+/// w s, w p, w s p; and of the matrix w p p the entries xx, yy, zz, xy, yz and zx.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Terms(pub(crate) [f64; TERMS]);
 
-impl Sample {
-    /// That of the node `at`, by the masses in front and behind at it and at the six next to it.
-    pub(crate) fn new(at: IVec3, masses: impl Fn(IVec3) -> [f64; 2]) -> Self {
-        let here = masses(at);
-        if here == [0.0; 2] {
-            return Self::default();
+pub(crate) const TERMS: usize = 22;
+
+impl Terms {
+    pub(crate) const ZERO: Self = Self([0.0; TERMS]);
+
+    /// Those of the node at `place`, by its masses in front and behind, and by those of both that are at the
+    /// nodes before and after it along each axis.
+    pub(crate) fn new(place: DVec3, [front, back]: [f64; 2], beside: impl FnOnce() -> [[f64; 2]; 3]) -> Self {
+        let DVec3 { x, y, z } = place;
+        let mut terms = [0.0; TERMS];
+        terms[..4].copy_from_slice(&[front * x, front * y, front * z, front]);
+        terms[4..8].copy_from_slice(&[back * x, back * y, back * z, back]);
+        if front.min(back) > 0.0 {
+            let middle = beside().map(|[before, after]| displacement(before, front + back, after));
+            let p = place + DVec3::from_array(middle);
+            let (share, w) = ((front / back).ln(), front * back / (front + back));
+            let (wp, slope) = (w * p, w * share * p);
+            terms[8..16].copy_from_slice(&[w, w * share, wp.x, wp.y, wp.z, slope.x, slope.y, slope.z]);
+            terms[16..].copy_from_slice(&[wp.x * p.x, wp.y * p.y, wp.z * p.z, wp.x * p.y, wp.y * p.z, wp.z * p.x]);
         }
-        let total = |node: IVec3| masses(node).iter().sum::<f64>();
-        let along = |axis: IVec3| displacement(total(at - axis), here[0] + here[1], total(at + axis));
-        Self { masses: here, displacement: DVec3::new(along(IVec3::X), along(IVec3::Y), along(IVec3::Z)) }
+        Self(terms)
+    }
+
+    /// Adds `weight` times another node's.
+    #[inline]
+    pub(crate) fn add(&mut self, weight: f64, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(sum, term)| *sum += weight * term);
     }
 }
 
@@ -123,47 +139,36 @@ pub(crate) fn offsets() -> impl Iterator<Item = IVec3> {
     (0..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1))
 }
 
-/// How the two sides face each other at a node, by that alone. `about` gives the offset \[cells\] of each of
-/// the 27 nodes about it, of the weight `k = 1/2` for every axis along which it is off, and what it tells.
-/// None where one side is missing.
+/// How much what the node at this offset tells counts: 1/2 for every axis along which it is off.
+pub(crate) fn near(offset: IVec3) -> f64 {
+    1.0 / f64::from(1 << offset.abs().element_sum())
+}
+
+/// How the two sides face each other at the node at `place`, by that alone, from the sums of what the 27
+/// nodes about it tell. None where one side is missing.
 ///
-/// The normal is the slope of `ln(F / B)` over the middles of the nodes' clay, each by the weight
-/// `k F B / (F + B)`. Where that slope is less than [`SLOPE_MIN`], as of nodes with both sides that stand in
-/// one plane, it is the way from the back's centre of mass, weighted by k, to the front's.
+/// The normal is the slope of `ln(F / B)` over the middles of the nodes' clay, each by what it shares. Where
+/// that slope is less than [`SLOPE_MIN`], as of nodes with both sides that stand in one plane, it is the way
+/// from the back's centre of mass to the front's.
 ///
 /// The gap is the sum of the distances of both faces from the node, each by how far that side's centre of
-/// mass, weighted by k, stands before the node ([`face_distance`]), and what two faces at an angle to the
-/// grid are farther apart than that ([`OBLIQUE_GAP`]).
-pub(crate) fn facing(about: impl Iterator<Item = (IVec3, Sample)>) -> Option<Facing> {
-    let (mut weight, mut share_sum, mut place_sum, mut slope_sum, mut moment) = (0.0, 0.0, DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
-    let mut centres = [DVec4::ZERO; 2];
-    for (offset, Sample { masses: [front, back], displacement }) in about {
-        let near = 1.0 / f64::from(1 << offset.abs().element_sum());
-        let offset = offset.as_dvec3();
-        centres[0] += near * front * offset.extend(1.0);
-        centres[1] += near * back * offset.extend(1.0);
-        if front.min(back) <= 0.0 {
-            continue;
-        }
-        let share = (front / back).ln();
-        let w = near * front * back / (front + back);
-        let place = offset + displacement;
-        weight += w;
-        share_sum += w * share;
-        place_sum += w * place;
-        slope_sum += w * share * place;
-        moment += DMat3::from_cols(place * place.x, place * place.y, place * place.z) * w;
-    }
+/// mass stands before the node ([`face_distance`]), and what two faces at an angle to the grid are farther
+/// apart than that ([`OBLIQUE_GAP`]).
+pub(crate) fn facing(sums: &Terms, place: DVec3) -> Option<Facing> {
+    let t = &sums.0;
+    let vector = |i: usize| DVec3::new(t[i], t[i + 1], t[i + 2]);
+    let weight = t[8];
     if weight == 0.0 {
         return None;
     }
-    let mean = place_sum / weight;
+    let mean = vector(10) / weight;
+    let mut moment =
+        DMat3::from_cols(DVec3::new(t[16], t[19], t[21]), DVec3::new(t[19], t[17], t[20]), DVec3::new(t[21], t[20], t[18]));
     moment -= DMat3::from_cols(mean * mean.x, mean * mean.y, mean * mean.z) * weight;
     // Nodes of one plane alone say nothing of the slope across it.
-    let trace = moment.x_axis.x + moment.y_axis.y + moment.z_axis.z;
-    moment += DMat3::IDENTITY * (NORMAL_REGULARISATION * trace);
-    let slope = moment.inverse() * (slope_sum - mean * share_sum);
-    let [front, back] = centres.map(|sum| sum.truncate() / sum.w);
+    moment += DMat3::IDENTITY * (NORMAL_REGULARISATION * (moment.x_axis.x + moment.y_axis.y + moment.z_axis.z));
+    let slope = moment.inverse() * (vector(13) - mean * t[9]);
+    let [front, back] = [0, 4].map(|side| vector(side) / t[side + 3] - place);
     // That of a single node is no number.
     let along = if slope.length() >= SLOPE_MIN { slope } else { front - back };
     let normal = along.try_normalize()?;
@@ -221,7 +226,14 @@ mod tests {
     use super::*;
 
     fn facing_of(masses: impl Fn(IVec3) -> [f64; 2]) -> Option<Facing> {
-        facing(offsets().map(|o| (o, Sample::new(o, &masses))))
+        facing_by(&masses, |o| IVec3::AXES.map(|axis| [o - axis, o + axis].map(|n| masses(n).iter().sum())))
+    }
+
+    /// That of the node in the origin, by what is said to be beside each.
+    fn facing_by(masses: impl Fn(IVec3) -> [f64; 2], beside: impl Fn(IVec3) -> [[f64; 2]; 3]) -> Option<Facing> {
+        let mut sums = Terms::ZERO;
+        offsets().for_each(|o| sums.add(near(o), &Terms::new(o.as_dvec3(), masses(o), || beside(o))));
+        facing(&sums, DVec3::ZERO)
     }
 
     /// Share of a node's spline on the low side of a plane `d` cells above it.
@@ -274,12 +286,12 @@ mod tests {
                 let found = facing_of(|o| [front(o), back(o)]).expect("two sides");
                 assert!((found.gap - gap).abs() < 0.07, "{gap} at {at}: {}", found.gap);
                 let twice = [found.weighted([1.0, 3.0]), Facing { gap: found.gap + 0.3, ..found }.weighted([0.5, 0.5])];
-                let mean = Facing::mean(twice.into_iter()).expect("a normal");
+                let mean = Facing::mean(std::array::from_fn(|i| twice[0][i] + twice[1][i])).expect("a normal");
                 // Masses of 0.75 and 0.25.
                 assert!((mean.gap - found.gap - 0.075).abs() < 1e-12 && (mean.normal - found.normal).length() < 1e-12);
             }
         }
-        assert_eq!(Facing::mean(std::iter::empty()), None);
+        assert_eq!(Facing::mean([0.0; 5]), None);
     }
 
     /// The middle of clay that ends in a plane is where the spline's own integral has it.
@@ -337,7 +349,7 @@ mod tests {
         let found = facing_of(&of).expect("a normal").normal;
         let off = found.angle_between(n).to_degrees();
         assert!(off < 1.5, "{off}");
-        let taken = facing(offsets().map(|o| (o, Sample { masses: of(o), ..Sample::default() }))).expect("a normal").normal;
+        let taken = facing_by(&of, |_| [[1.0; 2]; 3]).expect("a normal").normal;
         let off = taken.angle_between(n).to_degrees();
         assert!(off > 3.0, "where the middle of the clay is does not matter: {off}");
     }

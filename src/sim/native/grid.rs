@@ -23,6 +23,8 @@ pub(super) struct Tiles {
     pub sorts: u64,
     /// Sums of the particles of each block that are of the first body and near no cut.
     pub untagged: Vec<Tile>,
+    /// Which of them hold anything.
+    pub has_untagged: Vec<bool>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
     pub tagged: Vec<(ClassKey, Tile)>,
     /// Where each block's part of `tagged` starts, and where the last one ends.
@@ -31,7 +33,7 @@ pub(super) struct Tiles {
 
 impl Tiles {
     pub(super) fn new(table: Arc<Table>) -> Self {
-        Self { table, sorts: 0, untagged: vec![], tagged: vec![], first_tagged: vec![] }
+        Self { table, sorts: 0, untagged: vec![], has_untagged: vec![], tagged: vec![], first_tagged: vec![] }
     }
 
     /// The tiles of the tagged particles of a block.
@@ -76,11 +78,11 @@ impl Grid {
             .with_min_len(8)
             .map(|(i, nodes)| {
                 let block = state.blocks[i];
-                sum(nodes, tiles, block, |slot| Some(&tiles.untagged[slot]));
+                sum(nodes, tiles, block, |slot| tiles.has_untagged[slot].then(|| &tiles.untagged[slot]));
                 if cut_slot[i] != 0 {
                     GridReport::default()
                 } else if step.imposed.is_some() || meeting.concerns(block) {
-                    meeting::update(nodes, None, block, step, meeting, &|_| None)
+                    meeting::update(nodes, None, block, (step, meeting), (!0, &|_| None))
                 } else {
                     plain(nodes, step)
                 }
@@ -167,12 +169,7 @@ impl Grid {
         let blocks: Vec<usize> = (0..state.blocks.len()).filter(|i| self.cut_slot[*i] != 0).collect();
         let nodes = &self.nodes;
         let sum_classes = |(cut, &i): (&mut CutBlock, &usize)| -> ClassMasses {
-            for (key, nodes) in cut.keys.iter().zip(&mut cut.nodes) {
-                sum(nodes, tiles, state.blocks[i], |slot| {
-                    let tiles = tiles.tagged_of(slot);
-                    tiles.binary_search_by_key(key, |t| t.0).ok().map(|at| &tiles[at].1)
-                });
-            }
+            sum_tagged(cut, tiles, state.blocks[i]);
             meeting::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting)
         };
         let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
@@ -188,13 +185,16 @@ impl Grid {
         let update = |((nodes, cut), i): ((&mut &mut Nodes, &mut CutBlock), &usize)| {
             let block = state.blocks[*i];
             cut.ghosts.clear();
-            let has_mass = |nodes: &Nodes| nodes.iter().any(|node| node.0[3] != 0.0);
-            let mut classes = std::iter::once(&mut **nodes).chain(&mut cut.nodes).filter(|nodes| has_mass(nodes));
-            match (classes.next(), classes.next()) {
-                // Clay of one class meets nothing.
-                (Some(nodes), None) if is_plain(block) => plain(nodes, step),
-                _ => meeting::update(nodes, Some(cut), block, step, meeting, &faces_of),
+            if !is_plain(block) {
+                return meeting::update(nodes, Some(cut), block, (step, meeting), (!0, &faces_of));
             }
+            // Elsewhere all clay is of one field.
+            let shared = faces_of(block).map_or(0, meeting::shared);
+            let mut report = joint(std::iter::once(&mut **nodes).chain(&mut cut.nodes).collect(), step, !shared);
+            if shared != 0 {
+                report.add(&meeting::update(nodes, Some(cut), block, (step, meeting), (shared, &faces_of)));
+            }
+            report
         };
         nodes.par_iter_mut().zip(&mut self.cuts).zip(&blocks).map(update).collect()
     }
@@ -202,8 +202,46 @@ impl Grid {
 
 /// Momentum -> velocity where nothing but gravity acts.
 fn plain(nodes: &mut Nodes, step: &GridStep) -> GridReport {
-    let damping_impulse = damping_impulse(nodes, step);
+    let damping_impulse = damping_impulse(nodes, step, !0);
     GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
+}
+
+/// The same at those nodes, a bit each, at which all classes move as one.
+fn joint(mut classes: Vec<&mut Nodes>, step: &GridStep, chosen: u64) -> GridReport {
+    classes.retain(|nodes| nodes.iter().any(|node| node.0[3] != 0.0));
+    if let ([nodes], u64::MAX) = (&mut classes[..], chosen) {
+        return plain(nodes, step);
+    }
+    let damping_impulse = classes.iter().map(|nodes| damping_impulse(nodes, step, chosen)).sum();
+    let mut all = [Node::default(); 64];
+    for nodes in &classes {
+        all.iter_mut().zip(nodes.iter()).for_each(|(sum, node)| (0..4).for_each(|d| sum.0[d] += node.0[d]));
+    }
+    (0..64).filter(|k| chosen >> k & 1 == 0).for_each(|k| all[k] = Node::default());
+    let speed_max = update_plain(&mut all, step);
+    for nodes in classes {
+        for k in (0..64).filter(|k| chosen >> k & 1 == 1) {
+            let q = &mut nodes[k].0;
+            let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
+            q[..3].copy_from_slice(&all[k].0[..3]);
+            q[4..7].iter_mut().for_each(|before| *before *= inverse);
+        }
+    }
+    GridReport { speed_max, damping_impulse, ..GridReport::default() }
+}
+
+/// Adds up, for each class of tagged clay in `block`, the tiles of the 27 blocks around it, in the order of
+/// [`sum`].
+fn sum_tagged(cut: &mut CutBlock, tiles: &Tiles, block: IVec3) {
+    cut.nodes.iter_mut().for_each(|nodes| *nodes = [Node::default(); 64]);
+    for offset in NEIGHBOURS {
+        let Some(slot) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()) else { continue };
+        for (key, tile) in tiles.tagged_of(slot) {
+            if let Ok(class) = cut.keys.binary_search(key) {
+                add_tile(&mut cut.nodes[class], offset, tile);
+            }
+        }
+    }
 }
 
 /// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.
@@ -212,21 +250,27 @@ pub(super) fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl
     *nodes = [Node::default(); 64];
     for offset in NEIGHBOURS {
         let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };
-        for_shared_nodes(offset, |node, at| {
-            for d in 0..8 {
-                nodes[node].0[d] += tile.0[at].0[d];
-            }
-        });
+        add_tile(nodes, offset, tile);
     }
 }
 
-/// What validation damping takes from the block's sums.
-fn damping_impulse(nodes: &Nodes, step: &GridStep) -> DVec3 {
+/// Adds what the tile of the neighbour at `offset` holds of a block's nodes.
+#[inline]
+fn add_tile(nodes: &mut Nodes, offset: IVec3, tile: &Tile) {
+    for_shared_nodes(offset, |node, at| {
+        for d in 0..8 {
+            nodes[node].0[d] += tile.0[at].0[d];
+        }
+    });
+}
+
+/// What validation damping takes from the sums at some nodes, a bit each.
+fn damping_impulse(nodes: &Nodes, step: &GridStep, chosen: u64) -> DVec3 {
     if step.damping == 1.0 {
         return DVec3::ZERO;
     }
     let free = |q: [f64; 8]| DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity;
-    nodes.iter().map(|n| free(n.0.map(f64::from)) * (step.damping - 1.0)).sum()
+    (0..64).filter(|k| chosen >> k & 1 == 1).map(|k| free(nodes[k].0.map(f64::from)) * (step.damping - 1.0)).sum()
 }
 
 /// Momentum -> velocity where nothing but gravity acts. Returns the greatest speed, NaN if any is not finite.

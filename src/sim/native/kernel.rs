@@ -455,13 +455,3 @@ dispatch!(
 dispatch!(
     /// Scatter of one class run from stored velocity, affine and strain; `out` is overwritten.
     p2g = p2g_with / p2g_avx2, (step, place: &Place<'_>, hot: &[Hot], cold: &mut [Cold], press: Option<&mut Press<'_>>, out: &mut Tile) -> ());
-
-/// Whether this processor has AVX2 and FMA.
-pub(super) fn has_fma() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    false
-}

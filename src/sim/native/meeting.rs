@@ -13,7 +13,7 @@ mod walls;
 
 pub(super) use bounds::Meeting;
 pub(super) use classes::folded_masses;
-pub(super) use faces::{Faces, faces};
+pub(super) use faces::{Faces, faces, shared};
 
 use super::super::cutting::CuttingMethod;
 use super::super::facing::{Between, Facing};
@@ -28,19 +28,18 @@ use faces::{FacesAbout, FacesOf};
 use glam::{DVec3, IVec3};
 use sides::is_incompatible;
 
-/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
-/// stay as they were summed.
+/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities, at those
+/// nodes of the block that are `chosen`, a bit each; masses stay as they were summed.
 pub(super) fn update<'a>(
     nodes: &mut Nodes,
     cut: Option<&mut CutBlock>,
     block: IVec3,
-    step: &GridStep,
-    meeting: &Meeting<'_>,
-    faces_of: &'a FacesOf<'a>,
+    (step, meeting): (&GridStep, &Meeting<'_>),
+    (chosen, faces_of): (u64, &'a FacesOf<'a>),
 ) -> GridReport {
     let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting);
-    let mut b = Block::new(classes, block, step, meeting, faces_of);
-    for k in (0..64).filter(|k| !b.is_outer[*k]).collect::<Vec<_>>() {
+    let mut b = Block::new(classes, block, (step, meeting), (chosen, faces_of));
+    for k in (0..64).filter(|k| b.is_chosen(*k) && !b.is_outer[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
     b.unfold(block, step);
@@ -88,7 +87,7 @@ impl Block<'_> {
         for b in 1..fields.as_slice().len() {
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
-                if let Some(facing) = divisions.pair_facing(from.0, to.0, |between| self.facing(node, between)) {
+                if let Some(facing) = divisions.pair_facing(from.0, to.0, |between| self.facing(k, between)) {
                     self.exchange(k, from.1.into(), to.1.into(), facing);
                 }
             }
@@ -107,12 +106,12 @@ impl Block<'_> {
     }
 
     /// How the sides of a kept cut, or two bodies, face each other at a node.
-    fn facing(&mut self, node: IVec3, between: Between) -> Option<Facing> {
+    fn facing(&mut self, k: usize, between: Between) -> Option<Facing> {
         let at = self.about.iter().position(|about| about.between == between).unwrap_or_else(|| {
             self.about.push(FacesAbout::new(between, self.block, self.faces_of));
             self.about.len() - 1
         });
-        self.about[at].mean(node - self.block * BLOCK)
+        self.about[at].mean(k)
     }
 
     /// A tool brings one field to the velocity `after`, and feels the opposite impulse.
@@ -217,15 +216,14 @@ pub(super) fn ties<'a>(
     let classes = Classes::new(nodes, cut, block, step, meeting);
     let fold = |c: &walls::Column| Fold { outer: c.outer, wall: c.wall, inner: c.inner, image: c.reflect(DVec3::ONE) };
     let folds: Vec<Fold> = classes.folds.iter().map(fold).collect();
-    let mut nodes = Block::new(classes, block, step, meeting, faces_of);
+    let mut nodes = Block::new(classes, block, (step, meeting), (!0, faces_of));
     let mut divided = vec![];
     for k in (0..64).filter(|k| !nodes.is_outer[*k]).collect::<Vec<_>>() {
         let (divisions, fields) = (nodes.divisions[k], nodes.fields[k]);
         for b in 1..fields.as_slice().len() {
             for a in 0..b {
                 let [from, to] = [a, b].map(|i| fields.as_slice()[i]);
-                let node = block * BLOCK + offset(k);
-                let facing = divisions.pair_facing(from.0, to.0, |between| nodes.facing(node, between));
+                let facing = divisions.pair_facing(from.0, to.0, |between| nodes.facing(k, between));
                 divided.extend(facing.map(|facing| (k, [from.1, to.1], facing)));
             }
         }

@@ -118,7 +118,7 @@ impl NativeEngine {
 
 /// What the processor's lanes round like.
 fn kind() -> &'static str {
-    if kernel::has_fma() { "AVX2 + FMA" } else { "8 lanes" }
+    if simd::has_fma() { "AVX2 + FMA" } else { "8 lanes" }
 }
 
 /// What the surface needs of a particle.

@@ -181,6 +181,8 @@ pub(super) fn make_room(state: &mut State, tiles: &mut Tiles) {
     state.recycle(old);
     tiles.sorts = state.sorts;
     tiles.untagged.resize(state.runs.len(), Tile::ZERO);
+    tiles.has_untagged.clear();
+    tiles.has_untagged.extend(state.runs.iter().map(|run| run.untagged > 0));
     tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (ClassKey::FIRST, Tile::ZERO));
     tiles.first_tagged.clear();
     tiles.first_tagged.push(0);

@@ -23,9 +23,9 @@ use super::ghost;
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::implicit::Implicit;
-use super::kernel;
 use super::particle_step::ParticleStep;
 use super::passes::{self, Gathered};
+use super::simd;
 use super::state::{Cold, Hot, MARGIN, State, unpack_cell};
 use super::stats::sums;
 use super::step::Step;
@@ -154,7 +154,7 @@ impl Solver {
         let tiles = Tiles::new(state.table.clone());
         let sums = sums(&domain, &state.hot, &state.cold);
         let start = Arc::new(FrameState { hot: state.hot.clone(), cold: state.cold.clone(), time, material });
-        let (grid, arrivals, fma) = (Grid::default(), Arrivals::new(&domain), kernel::has_fma());
+        let (grid, arrivals, fma) = (Grid::default(), Arrivals::new(&domain), simd::has_fma());
         Self {
             domain,
             time,

@@ -33,7 +33,7 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::facing::{Between, Facing, Sample, facing, offsets};
+use super::super::facing::{Between, Facing, Terms, facing, near, offsets};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
 use super::grid::{Band, Field, Grid, Node};
@@ -93,8 +93,14 @@ pub(super) fn find_faces(grid: &mut Grid) {
             if own.contains(&0.0) {
                 return None;
             }
-            let about = offsets().map(|o| (o, Sample::new(coordinate + o, masses)));
-            Some((between, facing(about)?.weighted(own)))
+            let total = |at: IVec3| masses(at).iter().sum::<f64>();
+            let mut sums = Terms::ZERO;
+            for o in offsets() {
+                let at = coordinate + o;
+                let beside = || IVec3::AXES.map(|axis| [at - axis, at + axis].map(total));
+                sums.add(near(o), &Terms::new(o.as_dvec3(), masses(at), beside));
+            }
+            Some((between, facing(&sums, DVec3::ZERO)?.weighted(own)))
         };
         Between::all(node.iter().map(|(key, _)| key)).into_iter().filter_map(found).collect()
     };
@@ -120,7 +126,8 @@ fn facing_of(grid: &Grid, coordinate: IVec3, node: &Node, [from, to]: [&Field; 2
     }
     let mean = |between: Between| {
         let nodes = offsets().filter_map(|o| grid.get(coordinate + o));
-        Facing::mean(nodes.flat_map(|n| n.found.iter().filter(|found| found.0 == between).map(|found| found.1)))
+        let found = nodes.flat_map(|n| n.found.iter().filter(|found| found.0 == between).map(|found| found.1));
+        Facing::mean(found.fold([0.0; 5], |sum, f| std::array::from_fn(|i| sum[i] + f[i])))
     };
     if from.body != to.body {
         return mean(Between::Bodies { back: from.body, front: to.body });

@@ -7,11 +7,12 @@ use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
 use super::super::meeting::{self, Faces, Fold, Meeting, Ties};
 use super::super::nodes::{ClassMasses, CutBlock};
+use super::super::simd::in_lanes;
 use super::super::state::State;
 use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
-use super::vectors::{Block3, Vector, for_each, for_each_pair, in_lanes};
+use super::vectors::{Block3, Vector, for_each, for_each_pair};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 

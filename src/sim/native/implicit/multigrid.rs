@@ -13,8 +13,9 @@ mod tests;
 mod transfer;
 
 use super::super::super::implicit::{CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, smoothing};
+use super::super::simd::in_lanes;
 use super::layout::Index;
-use super::vectors::{Block3, for_each, in_lanes};
+use super::vectors::{Block3, for_each};
 use direct::Direct;
 pub(super) use level::Finest;
 use level::Level;

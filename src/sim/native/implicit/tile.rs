@@ -2,8 +2,8 @@
 //! go in [`Pairs`].
 
 use super::super::kernel::Tile;
-use super::super::simd::{F8, Node4, Pairs};
-use super::vectors::{Block3, in_lanes};
+use super::super::simd::{F8, Node4, Pairs, in_lanes};
+use super::vectors::Block3;
 
 /// A slot's 64 nodes.
 #[derive(Clone, Copy, Debug)]

@@ -1,38 +1,13 @@
 //! Vectors on the nodes of all slots, and what L-BFGS does with them. Sums are taken slot by slot and then in
 //! the order of the slots: the same bits at any number of threads.
 
+use super::super::simd::in_lanes;
 use rayon::prelude::*;
 
 /// Three components of the 64 nodes of a slot, in the order of [`local`](super::super::nodes::local).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Block3(pub [[f32; 64]; 3]);
-
-/// Defines functions whose loops over nodes run in registers of eight numbers where the processor has such.
-macro_rules! in_lanes {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? $body:block) => {
-        $(#[$doc])*
-        #[inline]
-        $vis fn $name($($arg: $type),*) $(-> $ret)? {
-            #[inline(always)]
-            fn plain($($arg: $type),*) $(-> $ret)? $body
-
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2,fma")]
-            fn wide($($arg: $type),*) $(-> $ret)? {
-                plain($($arg),*)
-            }
-
-            #[cfg(target_arch = "x86_64")]
-            if $crate::sim::native::kernel::has_fma() {
-                // SAFETY: AVX2 and FMA were detected.
-                return unsafe { wide($($arg),*) };
-            }
-            plain($($arg),*)
-        }
-    };
-}
-pub(super) use in_lanes;
 
 /// A vector: one block for each slot.
 pub(super) type Vector = Vec<Block3>;

@@ -77,7 +77,7 @@ impl Classes {
     }
 }
 
-/// Folded masses of the classes at the nodes of a block: what the normals of cuts are made of.
+/// Folded masses of the classes that have clay at the nodes of a block: what the normals of cuts are made of.
 #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
 pub(in super::super) fn folded_masses(
     nodes: &Nodes,
@@ -88,7 +88,8 @@ pub(in super::super) fn folded_masses(
 ) -> ClassMasses {
     if columns(block, meeting.domain).is_empty() {
         let all = std::iter::once((&ClassKey::FIRST, nodes)).chain(cut.keys.iter().zip(&cut.nodes));
-        return all.map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
+        let has_clay = |nodes: &Nodes| nodes.iter().any(|node| node.0[3] != 0.0);
+        return all.filter(|class| has_clay(class.1)).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
     }
     let Classes { keys, folded, .. } = Classes::new(nodes, Some(cut), block, step, meeting);
     keys.into_iter().zip(folded).map(|(key, sums)| (key, sums.map(|sum| sum.mass as f32))).collect()

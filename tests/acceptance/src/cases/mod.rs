@@ -7,6 +7,7 @@ pub mod collapse;
 pub mod cone;
 pub mod contact;
 pub mod cut;
+mod cut_time;
 pub mod edge;
 pub mod elastic;
 pub mod files;
@@ -261,6 +262,7 @@ pub const CASES: &[Case] = &[
     speed("bytes read back", 3, handout::bytes),
     speed("proxy time", 4, haptics::times),
     speed("undo", 8, undo::history),
+    speed("cut time", 4, cut_time::substeps),
     speed("surface time", 5, surface::speed::extraction),
     speed("ray time", 9, surface::speed::rays),
     speed("surface time on the device", 0, surface::speed::on_device),

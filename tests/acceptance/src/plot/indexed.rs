@@ -1,5 +1,5 @@
-//! A painting as a PNG of 256 colours, a third of the bytes of one of all colours. Charts hold few colours but
-//! for the rims of letters and lines, which lie between two of them.
+//! A painting as a PNG of 256 colours, a third of the bytes of one of all colours. Charts hold few colours
+//! but for the rims of letters and lines, which lie between two of them.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ const PALETTE: usize = 256;
 
 /// The PNG of `pixels`, rows of red, green and blue from the top. Colours beyond the most frequent 256 become
 /// the nearest of those.
-pub fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
+pub(super) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
     let (palette, indices) = index(pixels);
     let mut bytes = vec![];
     let mut encoder = png::Encoder::new(&mut bytes, width, height);

@@ -5,8 +5,8 @@
 //! products of sums and differences each component has one number, of a cell its fill is a factor. Rows of
 //! nodes along z are lanes; sums and differences of a row serve all four cells about it.
 
-use super::super::super::kernel::has_fma;
 use super::super::super::nodes::local;
+use super::super::super::simd::has_fma;
 use super::super::super::simd::{F8, Lanes};
 use super::super::super::state::NEIGHBOURS;
 use super::super::vectors::Block3;

@@ -1,8 +1,9 @@
 //! One level of the preconditioner: its operators, and what a cycle does on it.
 
 use super::super::super::nodes::{local, offset};
+use super::super::super::simd::in_lanes;
 use super::super::layout::{Index, Layout, Link, Place};
-use super::super::vectors::{Block3, Vector, for_each, for_each_pair, in_lanes};
+use super::super::vectors::{Block3, Vector, for_each, for_each_pair};
 use super::elements::{self, Cells, Modes};
 use super::transfer::{self, Partial};
 use glam::IVec3;

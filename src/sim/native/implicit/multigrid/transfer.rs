@@ -4,7 +4,8 @@
 //! the third of a slot in the upper half stands in the parent's neighbour.
 
 use super::super::super::super::implicit::COARSE_SCALE;
-use super::super::vectors::{Block3, in_lanes};
+use super::super::super::simd::in_lanes;
+use super::super::vectors::Block3;
 use glam::IVec3;
 
 /// Sums of a slot's nodes for the 3^3 coarse nodes that these are interpolated from: rows of 3 along z,
