@@ -253,6 +253,7 @@ pub const CASES: &[Case] = &[
     surface_case("cuts", 5, surface::cuts),
     surface_case("meeting cuts", 5, surface::meeting_cuts),
     surface_case("settled cuts", 4, surface::settled_cuts),
+    surface_case("cut faces", 5, surface::moved_blade),
     surface_case("sphere", 9, surface::sphere),
     surface_case("clusters", 5, surface::clusters),
     surface_case("surface in motion", 2, surface::motion),

@@ -7,7 +7,7 @@ use bevy_clay::surface::extract::{extract, extract_field};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::mesh::Mesh;
 use clay_acceptance::cases::files::{bunny, cut_block};
-use clay_acceptance::cases::surface::ball;
+use clay_acceptance::cases::surface::{ball, parted_block};
 use clay_acceptance::lab::Size;
 use cpu_time::ProcessTime;
 use glam::{DVec3, Vec3};
@@ -33,7 +33,9 @@ pub(crate) const OURS: &str = "ours.json";
 pub(crate) fn write(folder: &Path, size: Size) -> Result<(), String> {
     let fault = |e: std::io::Error| format!("--dump {}: {e}", folder.display());
     let mut files = vec![];
-    for (name, mesh, bodies) in [("bunny", bunny(folder, size.pick(0.0025, 0.002, 0.001)), 1), ("cut", cut_block(), 2)] {
+    let meshes =
+        [("bunny", bunny(folder, size.pick(0.0025, 0.002, 0.001)), 1), ("cut", cut_block(), 2), ("blade", parted_block(), 2)];
+    for (name, mesh, bodies) in meshes {
         for format in ExportFormat::ALL {
             let file = format!("{name}_out.{}", format.extension());
             write_mesh(&folder.join(&file), &mesh).map_err(|e| format!("--dump: {e}"))?;

@@ -193,6 +193,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("cuts", "cuts: right bodies by Eq. 9", "balls"),
     exact("meeting cuts", "", "balls"),
     exact("meeting cuts", "meeting cuts: open edges", "closed"),
+    compared("cut faces", "", "the blade's plane, the whole block", "faces .12 cells off, 2.2 % of the volume, before bodies"),
     exact("sphere", "", "the sphere"),
     exact("clusters", "", "the particles' volume"),
     exact("surface in motion", "", "moves with the clay"),

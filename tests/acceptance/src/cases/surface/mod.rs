@@ -2,6 +2,7 @@
 
 mod ball;
 pub mod clay;
+mod cut_faces;
 mod cuts;
 pub mod device;
 mod fields;
@@ -11,6 +12,7 @@ mod settled;
 pub mod speed;
 
 pub use ball::{clusters, motion, sphere};
+pub use cut_faces::{moved_blade, parted_block};
 pub use cuts::{cuts, meeting_cuts};
 pub use fields::random_fields;
 pub use gpu::on_device;
