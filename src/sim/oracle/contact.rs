@@ -33,9 +33,10 @@
 //! CMAME 187, for grid contact of two fields). Next to a wall contact moves the folded mass, the clay and its
 //! image, as in the full space that the image stands for: so a frictionless wall takes no part in sliding.
 
-use super::super::facing::{Between, Facing, Terms, facing, near, offsets};
+use super::super::facing::{Between, Facing};
 use super::super::frame::{FrameReport, ToolReport};
 use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION, Contact};
+use super::faces::offsets;
 use super::grid::{Band, Field, Grid, Node};
 use super::tools::{MovingTool, Surroundings};
 use glam::{DVec3, IVec3};
@@ -81,31 +82,6 @@ fn against_blade(node: &mut Node, i: usize, coordinate: IVec3, band: Band, aroun
             push(field, tool, world, after, felt);
         }
     }
-}
-
-/// What each node finds of the sides that meet there ([`facing`]).
-pub(super) fn find_faces(grid: &mut Grid) {
-    let of_node = |(index, coordinate): (usize, IVec3)| {
-        let node = &grid.nodes[index].folded;
-        let found = |between: Between| {
-            let masses = |at: IVec3| grid.get(at).map_or([0.0; 2], |n| n.folded.masses(between));
-            let own = node.masses(between);
-            if own.contains(&0.0) {
-                return None;
-            }
-            let total = |at: IVec3| masses(at).iter().sum::<f64>();
-            let mut sums = Terms::ZERO;
-            for o in offsets() {
-                let at = coordinate + o;
-                let beside = || IVec3::AXES.map(|axis| [at - axis, at + axis].map(total));
-                sums.add(near(o), &Terms::new(o.as_dvec3(), masses(at), beside));
-            }
-            Some((between, facing(&sums, DVec3::ZERO)?.weighted(own)))
-        };
-        Between::all(node.iter().map(|(key, _)| key)).into_iter().filter_map(found).collect()
-    };
-    let found: Vec<Vec<_>> = grid.coordinates().enumerate().map(of_node).collect();
-    grid.nodes.iter_mut().zip(found).for_each(|(node, found)| node.found = found);
 }
 
 /// The fields of a node that press on each other, in the order of both, and how the second faces the first,

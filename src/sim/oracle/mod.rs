@@ -32,6 +32,7 @@
 mod averaging;
 mod carry;
 mod contact;
+mod faces;
 mod g2p;
 mod ghost;
 mod grid;

@@ -13,7 +13,7 @@ use super::super::params::Domain;
 use super::grid::Grid;
 use super::particle::Particle;
 use super::tools::Surroundings;
-use super::{averaging, contact, g2p, ghost, interactive, p2g, penalty, report, sides, tags, walls};
+use super::{averaging, contact, faces, g2p, ghost, interactive, p2g, penalty, report, sides, tags, walls};
 
 /// Moves `particles` over substep `step` of the frame, of `plan.dt` \[s\], and adds to `frame` what happened.
 /// Returns the nodes.
@@ -36,7 +36,7 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
     let columns = walls::fold(&mut grid, &around);
     sides::divide(&mut grid, &around);
     sides::sum_fields(&mut grid);
-    contact::find_faces(&mut grid);
+    faces::find_faces(&mut grid);
     if plan.cutting.has_ghosts() {
         ghost::withhold(&mut grid);
     }

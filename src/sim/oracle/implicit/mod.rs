@@ -81,7 +81,7 @@ fn scatter_fields(particles: &mut [Particle], around: &Surroundings) -> (Grid, V
     let columns = walls::fold(&mut grid, around);
     sides::divide(&mut grid, around);
     sides::sum_fields(&mut grid);
-    super::contact::find_faces(&mut grid);
+    super::faces::find_faces(&mut grid);
     walls::set_velocities(&mut grid, around);
     (grid, columns)
 }
