@@ -95,9 +95,9 @@ impl Facing {
     }
 }
 
-/// What a node tells of two sides to the fits of the nodes about it; sums over 27 nodes, each by 1/2 for every
-/// axis along which it is off the one in their midst, make [`facing`]. Places are in cells from an origin that
-/// all of a sum have in common.
+/// What a node tells of two sides to the fits of the nodes about it; sums over 27 nodes, each by 1/2 for
+/// every axis along which it is off the one in their midst, make [`facing`]. Places are in cells from an
+/// origin that all of a sum have in common.
 ///
 /// First the mass in front times place and 1, then that behind. Then come numbers that count by the mass
 /// `w = F B / (F + B)` which both share, p the middle of the node's clay and s the logarithm `ln(F / B)`: w,

@@ -14,7 +14,10 @@ impl Picture for Word {
 
 /// The PNG's header and its dark pixels.
 fn read_png(bytes: &[u8]) -> ((u32, u32), usize) {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    // Palettes become red, green and blue.
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().expect("a PNG");
     let mut pixels = vec![0; reader.output_buffer_size().expect("fits in memory")];
     let info = reader.next_frame(&mut pixels).expect("a whole PNG");
     ((info.width, info.height), pixels.chunks(3).filter(|p| p.iter().all(|&v| v < 128)).count())
