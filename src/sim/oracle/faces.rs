@@ -61,7 +61,8 @@ fn tell(place: DVec3, [front, back]: [f64; 2], beside: impl FnOnce() -> [[f64; 2
     Terms(terms)
 }
 
-/// How far along an axis \[cells\] the middle of the clay that has come to a node is off it ([`DISPLACEMENT`]).
+/// How far along an axis \[cells\] the middle of the clay that has come to a node is off it
+/// ([`DISPLACEMENT`]).
 fn displacement(before: f64, here: f64, after: f64) -> f64 {
     let sum = before + 2.0 * here + after;
     if sum <= 0.0 {

@@ -99,7 +99,7 @@ fn from_middle(node: IVec3) -> DVec3 {
 }
 
 in_lanes! {
-    /// What each node tells ([`Terms::new`]), by the masses in front and behind.
+    /// What each node tells ([`Terms`]), by the masses in front and behind.
     fn tell(terms: &mut [About; TERMS], masses: &[[f32; 512]; 2]) {
         let [fronts, backs] = masses;
         let mut total = [0.0; 512];
@@ -107,7 +107,7 @@ in_lanes! {
         for row in 0..36 {
             let [x, y] = [row / 6, row % 6];
             let at = ((x + 1) * 8 + y + 1) * 8;
-            let [front, back]: [&[f32; 8]; 2] = [fronts, backs].map(|side| side[at..].first_chunk().expect("a row"));
+            let (front, back) = (&fronts[at..at + 8], &backs[at..at + 8]);
             let mut share = [0.0; 8];
             for z in (1..7).filter(|z| front[*z].min(back[*z]) > 0.0) {
                 share[z] = (front[z] / back[z]).ln();
