@@ -16,6 +16,58 @@ pub struct NearParticle {
     pub radius: f32,
 }
 
+/// Edges that a flat blade has, at most.
+pub const EDGES_MAX: usize = 4;
+
+/// The clay ahead of an edge of a blade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EdgeContact {
+    /// The edge's unit normal, outwards in the blade's plane, in the tool's own frame; zero of none.
+    pub outward: DVec3,
+    /// Way along that before it comes to clay that it has not cut \[m\]; 0 where it stands before such.
+    pub gap: f64,
+    /// Force against its advance, beyond which it cuts: toughness times length (Atkins 2009) \[N\].
+    pub force: f64,
+}
+
+/// What clay bears of a flat blade, whose plane is the XY plane of the tool's own frame, where the tool is as
+/// the frame ends. All of it yields by direction: `f = -sum_e t_e m_e + s + b n`, m_e the edges' outward
+/// normals, n the front's,
+///
+/// | part | bound |
+/// |---|---|
+/// | edge | `0 <= t_e <= R L_e`, against its advance alone, and where it has come to whole clay |
+/// | flanks | `abs s <= 2 k A + friction abs b` in the plane, against sliding either way |
+/// | across | `-bearing[0] <= b <= bearing[1]`: held on both sides |
+///
+/// Forces that grow with the tool's place are of first order in it, and count as none below 0: so before
+/// touch they are negative by the way that is left.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BladeContact {
+    /// Traction of the flanks `2 k A` \[N\].
+    pub flank: f64,
+    /// Its growth with the tool's place, in the tool's own frame \[N/m\].
+    pub flank_growth: DVec3,
+    /// Force beyond which the clay in front gives way to the blade, and the clay behind it \[N\].
+    pub bearing: [f64; 2],
+    /// Their growth, as the flanks' \[N/m\].
+    pub bearing_growth: [DVec3; 2],
+    /// Its edges; what is over has no direction and no force.
+    pub edges: [EdgeContact; EDGES_MAX],
+}
+
+impl BladeContact {
+    /// The same in a frame whose lengths are `scale` times as great; directions are the tool's own.
+    pub fn scaled(&self, scale: f64) -> Self {
+        Self {
+            flank_growth: self.flank_growth / scale,
+            bearing_growth: self.bearing_growth.map(|growth| growth / scale),
+            edges: self.edges.map(|edge| EdgeContact { gap: edge.gap * scale, ..edge }),
+            ..*self
+        }
+    }
+}
+
 /// Contact of a tool with clay in one clay frame. Of fixed size and free of pointers: it is handed to the
 /// servo without waiting.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +93,7 @@ pub struct ContactModel {
     /// followed in it, by the clock of [`DeviceState`](super::device::DeviceState). Equal where no clay was
     /// run.
     pub span: [f64; 2],
-    /// Out of the clay, of unit length; zero where there is no clay near.
+    /// Out of the clay, of unit length; zero where there is no clay near. Of a flat blade its front's.
     pub normal: DVec3,
     /// Way against the normal that is left before the tool touches \[m\]; 0 where it does.
     pub gap: f64,
@@ -55,6 +107,8 @@ pub struct ContactModel {
     pub yield_slope: f64,
     /// Coefficient of friction of the tool on the clay \[-\].
     pub friction: f64,
+    /// What a flat blade yields at, by direction, in place of `gap` and the yield force; none of other tools.
+    pub blade: Option<BladeContact>,
     /// Fill of the clay about the tool, 1 in the midst of it \[-\].
     pub density: f64,
     /// Its gradient \[1/m\].
@@ -83,6 +137,7 @@ impl ContactModel {
         yield_force: f64::INFINITY,
         yield_slope: 0.0,
         friction: 0.0,
+        blade: None,
         density: 0.0,
         density_gradient: DVec3::ZERO,
         near_count: 0,

@@ -1,9 +1,12 @@
 //! From a clay frame's report to what the hand's loop reads, with the stiffness put right by what the clay
 //! did in the frames before.
 
+mod blade_fit;
+
 use super::model::{ContactModel, NEAR_MAX, NearParticle};
 use crate::sim::planner::RESIDUAL_MAX;
 use crate::sim::touch::ToolTouch;
+use blade_fit::BladeFit;
 use glam::{DMat3, DVec3};
 
 /// Frames that a stiffness is fitted to.
@@ -43,6 +46,7 @@ pub struct FrameClock {
 pub struct ContactModels {
     fit: StiffnessFit,
     yields: YieldFit,
+    blade: BladeFit,
     /// Of the last frame that was not poor and touched.
     last: Option<ContactModel>,
 }
@@ -54,6 +58,10 @@ impl ContactModels {
     pub fn model(&mut self, touch: &ToolTouch, residual: f64, clock: &FrameClock) -> ContactModel {
         let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
         let mut model = ContactModel { frame, stamp, rate, span, is_resting, ..contact_model(touch) };
+        model.blade = self.blade.bounds(touch);
+        if model.blade.is_some() {
+            return model;
+        }
         if let Some(last) = self.last.filter(|last| is_poor(last, &model, residual)) {
             // What it yields at is what it would have been, and nothing is learnt of it.
             let ContactModel { stiffness, yield_slope, .. } = last;

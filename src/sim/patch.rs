@@ -21,6 +21,11 @@
 //! back to the touch itself: of a ball, whose area grows from nothing, it is about 0, of a flat face all.
 //! A patch yields where the mean over its particles of the stress deviator over the yield surface's is
 //! [`YIELDING`].
+//!
+//! A flat blade has clay on both flanks, each a half space of its own: `K_n` and `K_t` are sums over the two,
+//! their areas with the edges' own. What it yields at is by direction: [`BladeTouch`](super::touch::BladeTouch).
+
+mod blade;
 
 use super::frame::{FramePlan, ToolReport};
 use super::material::ClayMaterial;
@@ -28,6 +33,7 @@ use super::params::{BLOCK, Domain};
 use super::penalty::{STICK_FRICTION, area, reach};
 use super::tool::{Contact, Pose, ToolPath, ToolShape};
 use super::touch::{NEAR_MAX, ToolTouch, TouchParticle};
+use blade::{About, Beside};
 use glam::{DMat3, DVec2, DVec3, IVec2, IVec3};
 use std::f64::consts::PI;
 
@@ -63,6 +69,8 @@ pub(crate) struct Seen {
     pub(crate) structure: f64,
     /// Whether it clings to the tool.
     pub(crate) touches: bool,
+    /// Whether it has no side of the tool's cut.
+    pub(crate) is_whole: bool,
 }
 
 /// A particle with what was found of it.
@@ -133,9 +141,9 @@ impl<'a> Gather<'a> {
             near: self.found.iter().take(NEAR_MAX).map(|f| self.particle(&f.seen)).collect(),
             ..ToolTouch::default()
         };
-        if !self.shape.is_blade()
-            && let Some(patch) = self.patch()
-        {
+        if self.shape.is_blade() {
+            self.describe_blade(&mut touch);
+        } else if let Some(patch) = self.patch() {
             self.describe(&patch, &mut touch);
         }
         let centre = self.centre(touch.area > 0.0 && touch.gap == 0.0);
@@ -154,11 +162,9 @@ impl<'a> Gather<'a> {
         touch.normal = patch.normal;
         touch.gap = patch.gap * cell;
         touch.area = patch.area * cell * cell;
-        let poisson = material.poisson_ratio;
-        let normal = 2.0 * material.young_modulus / (1.0 - poisson * poisson) * (touch.area / PI).sqrt();
-        let slides = touch.friction == 0.0;
-        let across = if slides { 0.0 } else { normal * 2.0 * (1.0 - poisson) / (2.0 - poisson) };
-        touch.stiffness = along(patch.normal) * (normal - across) + DMat3::from_diagonal(DVec3::splat(across));
+        let [normal, across] = stiffnesses(material, touch.area);
+        let across = if touch.friction == 0.0 { 0.0 } else { across };
+        touch.stiffness = about(patch.normal, normal, across);
         let growth = patch.growth * cell;
         let mean = |of: &dyn Fn(&Seen) -> f64| {
             let holds = |f: &&Found| if patch.touches { f.seen.touches } else { f.gap < patch.gap + BAND };
@@ -182,6 +188,33 @@ impl<'a> Gather<'a> {
         // A frame in which the tool came to the clay has a mean force that says little.
         let pressure = if patch.touches { bound.max(force / touch.area) } else { bound };
         touch.yield_slope = pressure * growth;
+    }
+
+    /// Stiffness and yield of a flat blade.
+    fn describe_blade(&self, touch: &mut ToolTouch) {
+        let Some((corners, count)) = self.shape.outline().and_then(|outline| outline.corners()) else { return };
+        let (cell, material) = (self.domain.cell_width, &self.plan.material);
+        let (fresh, loss) = (material.shear_strength_at_tool(), material.strength_loss());
+        let beside = |f: &Found| Beside {
+            at: f.local,
+            volume: f.seen.volume,
+            is_whole: f.seen.is_whole,
+            strengths: [
+                fresh * (1.0 - loss.of(f.seen.structure, f.seen.hardening)).max(0.0),
+                flow_stress(material, &f.seen, cell) / 3f64.sqrt(),
+            ],
+        };
+        let found: Vec<Beside> = self.found.iter().map(beside).collect();
+        let about_it = About::new(&corners[..count], &found);
+        let contact = self.path.tool.contact;
+        touch.friction = if contact.sticks() { 0.0 } else { friction(contact) };
+        touch.blade = about_it.touch(material.toughness, contact.sticks(), cell);
+        if touch.blade.is_some() {
+            let sides = about_it.bearing_areas().map(|area| stiffnesses(material, area * cell * cell));
+            touch.normal = self.pose.rotation * DVec3::Z;
+            touch.area = about_it.area().max(0.0) * cell * cell;
+            touch.stiffness = about(touch.normal, sides[0][0] + sides[1][0], sides[0][1] + sides[1][1]);
+        }
     }
 
     /// Middle of what touches, else the nearest particle's place, else the tool's own.
@@ -307,8 +340,17 @@ fn area_of(places: impl Iterator<Item = DVec3>, normal: DVec3) -> f64 {
     cells.filter(|cell| is_in[at(*cell)] && inner(*cell)).count() as f64 * edge * edge
 }
 
-fn along(n: DVec3) -> DMat3 {
-    DMat3::from_cols(n * n.x, n * n.y, n * n.z)
+/// Stiffness along a normal and across it, as a matrix.
+fn about(n: DVec3, normal: f64, across: f64) -> DMat3 {
+    let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+    along * (normal - across) + DMat3::from_diagonal(DVec3::splat(across))
+}
+
+/// Of an area \[m^2\] that clay clings to, K_n and K_t \[N/m\].
+fn stiffnesses(material: &ClayMaterial, area: f64) -> [f64; 2] {
+    let poisson = material.poisson_ratio;
+    let normal = 2.0 * material.young_modulus / (1.0 - poisson * poisson) * (area / PI).sqrt();
+    [normal, normal * 2.0 * (1.0 - poisson) / (2.0 - poisson)]
 }
 
 /// Present yield stress \[Pa\], not softened by tools.

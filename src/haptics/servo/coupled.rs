@@ -11,13 +11,16 @@
 //! the hand's time, less what other frames have changed since: the difference, over the clay's stiffness,
 //! is by how much x_p moves, over the time of a frame. Stiffness changes at once, with x_p moved so that
 //! the force does not; yield force, friction and normal go over in the time of a frame.
+//!
+//! What is admissible of the force on a flat blade is a matter of its edges and flanks: [`BladeLimit`].
 
+use super::blade::{BladeLimit, Held};
 use super::felt::{Felt, Hand};
 use super::history::{History, Past, means};
 use super::ledger::Ledger;
 use super::settings::Coupling;
 use crate::haptics::model::ContactModel;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Yield force of clay that never yields \[N\]: hundreds of times what any arm drives.
 const YIELD_MAX: f64 = 1e3;
@@ -69,6 +72,11 @@ pub(super) struct Coupled {
     stiffness: [f64; 2],
     limit: Limit,
     limit_next: Limit,
+    /// In place of the limit, of a blade: now, and what comes next.
+    blade: Option<[BladeLimit; 2]>,
+    /// How the tool is turned, and how far a blade has slid in its plane, in all \[m\].
+    rotation: DQuat,
+    slid: f64,
     /// Time that is left to go over to what comes next \[s\].
     blend: f64,
     /// By how much x_p is still to move, and by how much frames have moved it in all \[m\].
@@ -114,6 +122,9 @@ impl Coupled {
             stiffness: [0.0; 2],
             limit: Limit::default(),
             limit_next: Limit::default(),
+            blade: None,
+            rotation: DQuat::IDENTITY,
+            slid: 0.0,
             blend: 0.0,
             shift: DVec3::ZERO,
             moved: DVec3::ZERO,
@@ -130,7 +141,7 @@ impl Coupled {
     pub(super) fn forget(&mut self) {
         let mut history = std::mem::replace(&mut self.history, History::none());
         history.clear();
-        *self = Self { tool: self.tool, hand: self.hand, ..Self::blank(history) };
+        *self = Self { tool: self.tool, hand: self.hand, rotation: self.rotation, ..Self::blank(history) };
     }
 
     /// Takes in a frame, of frames that come `frame_time` \[s\] after each other.
@@ -139,6 +150,7 @@ impl Coupled {
         let Some(normal) = model.normal.try_normalize() else {
             // No clay is near: what is felt fades, and what was known with it.
             self.limit_next = Limit { offset: 0.0, slope: 0.0, ..self.limit };
+            self.blade = self.blade.map(|[now, _]| [now, now.without_clay()]);
             self.is_known &= self.force != DVec3::ZERO;
             return;
         };
@@ -150,9 +162,14 @@ impl Coupled {
             (self.normal, self.limit) = (normal, self.limit_next);
         }
         self.normal_next = normal;
+        let at_end = self.limit_blade(model);
         // Of clay that was not run no force belongs to what was felt since.
         let past = self.history.ends(model.span).filter(|[first, last]| self.is_known && last.time > first.time);
-        let goal = self.correction(model, normal, past.as_ref()).filter(|_| !model.is_poor);
+        let goal = match at_end {
+            Some(limit) => self.blade_correction(model, &limit, normal, past.as_ref()),
+            None => self.correction(model, normal, past.as_ref()),
+        };
+        let goal = goal.filter(|_| !model.is_poor);
         if let Some(past) = past {
             self.balance(model, &past);
         }
@@ -161,6 +178,48 @@ impl Coupled {
         if let Some(goal) = goal {
             self.correct(goal);
         }
+    }
+
+    /// What clay bears of a blade, by a frame, as that ended; moved on to where the tool is it comes next.
+    fn limit_blade(&mut self, model: &ContactModel) -> Option<BladeLimit> {
+        let Some(blade) = &model.blade else {
+            self.blade = None;
+            return None;
+        };
+        let stiffness = self.stiffness[1].max(STIFFNESS_MIN);
+        let place = self.history.look(model.span[1]).map_or(model.position, |past| past.tool);
+        let at_end = BladeLimit::new(blade, model, place, stiffness);
+        let mut next = at_end;
+        // Way by way: an edge that has gone on and come back has cut.
+        self.history.after(model.span[1]).for_each(|past| next.go(past.tool, self.rotation, stiffness));
+        next.go(self.tool, self.rotation, stiffness);
+        let now = self.blade.filter(|_| self.is_known).map_or(next, |[now, _]| now);
+        self.blade = Some([now, next]);
+        Some(at_end)
+    }
+
+    /// By how much x_p is to move for what a frame says of a blade to be true \[m\]. Clay that gives way, in
+    /// the frame or in what was felt meanwhile, says nothing of that.
+    fn blade_correction(
+        &self,
+        model: &ContactModel,
+        limit: &BladeLimit,
+        normal: DVec3,
+        past: Option<&[Past; 2]>,
+    ) -> Option<DVec3> {
+        let Some(past) = past else {
+            let (along, across) = split(model.force, normal);
+            let free = self.hand + stretch(along * normal, self.stiffness[0]) + stretch(across, self.stiffness[1]);
+            return (!self.is_known).then(|| free - self.origin);
+        };
+        let [mean, moved] = means(past);
+        let [slides, gives] = limit.yields(model.force, model.rotation, YIELDING);
+        let (missing, missing_across) = split(model.force - mean, normal);
+        let (since, since_across) = split(self.moved - moved, normal);
+        let way = if gives { DVec3::ZERO } else { stretch(missing * normal, self.stiffness[0]) - since * normal };
+        let slides = slides || past[1].slid > past[0].slid;
+        let slip = if slides { DVec3::ZERO } else { stretch(missing_across, self.stiffness[1]) - since_across };
+        Some((way + slip) * CORRECTION_SHARE)
     }
 
     /// The stiffness of a frame, with x_p moved so that the force stays.
@@ -211,7 +270,7 @@ impl Coupled {
 
     /// Moves x_p: at once as far as nothing is felt of it, the rest in the time of a frame.
     fn correct(&mut self, goal: DVec3) {
-        if self.force != DVec3::ZERO {
+        if self.force != DVec3::ZERO || self.blade.is_some() {
             self.shift = goal;
             return;
         }
@@ -225,15 +284,26 @@ impl Coupled {
     /// The force at the hand's pose.
     pub(super) fn step(&mut self, hand: &Hand, coupling: Coupling) -> Felt {
         let before = self.hand;
+        let turn = hand.rotation * std::mem::replace(&mut self.rotation, hand.rotation).conjugate();
         self.couple(hand, coupling);
         if !self.is_known {
             (self.tool, self.force, self.origin) = (self.hand, DVec3::ZERO, self.hand);
             self.remember(hand.time);
             return Felt::new(DVec3::ZERO, hand.position);
         }
+        if self.blade.is_some() {
+            // Clay's spring and all that is known of it turn with the blade.
+            self.origin = before + turn * (self.origin - before);
+            self.normal = self.rotation * DVec3::Z;
+            self.normal_next = self.normal;
+        }
         self.go_over(before, hand.dt);
         self.map_back();
         self.tool = self.hand + self.force * self.compliance;
+        if let Some(limits) = &mut self.blade {
+            let stiffness = self.stiffness[1].max(STIFFNESS_MIN);
+            limits.iter_mut().for_each(|limit| limit.go(self.tool, self.rotation, stiffness));
+        }
         let paid = self.ledger.pay(self.force, hand.dt);
         self.remember(hand.time);
         let tool = if self.force == DVec3::ZERO { hand.position } else { self.tool };
@@ -264,6 +334,7 @@ impl Coupled {
         self.limit = self.limit.turned(self.tool, [self.normal, normal]);
         let next = self.limit_next.turned(self.tool, [self.normal_next, normal]);
         self.limit = self.limit.lerp(next, share);
+        self.blade = self.blade.map(|[now, next]| [now.lerp(&next, share), next]);
         self.normal = normal;
         let stiffness = self.stiffness.map(|k| series(k, self.compliance));
         let force = self.shift * share * stiffness[0].max(stiffness[1]);
@@ -279,6 +350,18 @@ impl Coupled {
         let (normal, compliance) = (self.normal, self.compliance);
         let [kn, kt] = self.stiffness.map(|k| series(k, compliance));
         let (along, across) = split(self.origin - self.hand, normal);
+        if let Some([blade, _]) = &self.blade {
+            let held = Held { hand: self.hand, rotation: self.rotation, compliance };
+            let trial = along * kn * normal + across * kt;
+            self.force = blade.admit(trial, self.force, &held, self.stiffness[1].max(STIFFNESS_MIN));
+            let (pressed, rubbed) = split(self.force, normal);
+            let origin = self.hand + stretch(pressed * normal, kn) + stretch(rubbed, kt);
+            if self.force != DVec3::ZERO {
+                self.slid += split(self.origin - origin, normal).1.length();
+            }
+            self.origin = origin;
+            return;
+        }
         if along * kn <= 0.0 {
             // Open: the gap stays, and nothing sticks.
             self.origin = self.hand + along * normal;
@@ -296,6 +379,6 @@ impl Coupled {
 
     fn remember(&mut self, time: f64) {
         let (force, origin, moved, paid) = (self.force, self.origin, self.moved, self.ledger.paid());
-        self.history.push(Past { time, force, origin, moved, paid, ..Past::default() });
+        self.history.push(Past { time, force, origin, moved, paid, tool: self.tool, slid: self.slid, ..Past::default() });
     }
 }

@@ -20,6 +20,9 @@ pub(super) struct Past {
     pub(super) moved_sum: DVec3,
     /// What the ledger had paid, in all \[N s\].
     pub(super) paid: DVec3,
+    /// Where the clay's tool was \[m\], and how far a blade had slid in its plane, in all \[m\].
+    pub(super) tool: DVec3,
+    pub(super) slid: f64,
 }
 
 impl Past {
@@ -92,10 +95,17 @@ impl History {
             origin: mix(a.origin, b.origin),
             moved: mix(a.moved, b.moved),
             paid: mix(a.paid, b.paid),
+            tool: mix(a.tool, b.tool),
+            slid: a.slid + (b.slid - a.slid) * share,
             ..Past::default()
         };
         let [impulse, moved_sum] = a.sums(&between);
         Some(Past { impulse, moved_sum, ..between })
+    }
+
+    /// The ticks after a time, in order.
+    pub(super) fn after(&self, time: f64) -> impl Iterator<Item = &Past> {
+        (0..self.count).map(|index| self.at(index)).filter(move |past| past.time > time)
     }
 
     /// What was at both ends of a span.

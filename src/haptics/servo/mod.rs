@@ -13,6 +13,7 @@
 //! of the hand's. A paused clay (rate 0) walks nothing: its models are no news, they age, and the age gate
 //! fades the force out.
 
+mod blade;
 mod coupled;
 mod felt;
 mod held;

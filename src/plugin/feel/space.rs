@@ -31,6 +31,7 @@ pub(super) fn model_to_world(model: &ContactModel, space: &ClaySpace) -> Contact
         stiffness: turn * model.stiffness * turn.transpose() * scale.recip(),
         yield_slope: model.yield_slope / scale,
         density_gradient: space.vector_to_world(model.density_gradient) / scale,
+        blade: model.blade.map(|blade| blade.scaled(scale)),
         near,
         ..*model
     }

@@ -3,22 +3,23 @@
 use super::super::frame::{FramePlan, ToolReport};
 use super::super::params::Domain;
 use super::super::patch::{Gather, Seen};
+use super::super::tool::ToolPath;
 use super::super::touch::ToolTouch;
 use super::state::{Cold, Hot, State, unpack_cell};
 use glam::{DMat3, DVec3, IVec3};
 
 /// What each tool of the plan meets at the frame's end.
 pub(super) fn touches(plan: &FramePlan, domain: &Domain, state: &State, tools: &[ToolReport]) -> Vec<ToolTouch> {
-    let touch = |(path, tool)| {
+    let touch = |(path, tool): (&ToolPath, &ToolReport)| {
         let mut gather = Gather::new(path, plan, domain);
         let mut start = 0;
         for (block, run) in state.blocks.iter().zip(&state.runs) {
             let range = start..start + run.len();
             start = range.end;
             if gather.is_near(*block) {
-                let id = gather.id();
+                let of = (gather.id(), path.sheet_id());
                 let particles = state.hot[range.clone()].iter().zip(&state.cold[range]);
-                particles.for_each(|(hot, cold)| gather.see(seen(hot, cold, domain, id)));
+                particles.for_each(|(hot, cold)| gather.see(seen(hot, cold, domain, of)));
             }
         }
         gather.finish(tool)
@@ -26,7 +27,7 @@ pub(super) fn touches(plan: &FramePlan, domain: &Domain, state: &State, tools: &
     plan.tools.iter().zip(tools).map(touch).collect()
 }
 
-fn seen(hot: &Hot, cold: &Cold, domain: &Domain, tool: u32) -> Seen {
+fn seen(hot: &Hot, cold: &Cold, domain: &Domain, (tool, sheet): (u32, u8)) -> Seen {
     let [xx, yy, zz, xy, xz, yz] = hot.strain.map(f64::from);
     Seen {
         id: cold.id,
@@ -36,5 +37,6 @@ fn seen(hot: &Hot, cold: &Cold, domain: &Domain, tool: u32) -> Seen {
         hardening: f64::from(hot.hardening),
         structure: f64::from(cold.structure),
         touches: cold.anchors.iter().any(|anchor| anchor.get().is_some_and(|(id, _)| id == tool)),
+        is_whole: cold.key().side(sheet) == 0,
     }
 }

@@ -118,6 +118,7 @@ fn touch(particles: &[Particle], domain: &Domain, plan: &FramePlan, path: &ToolP
             hardening: p.hardening,
             structure: p.structure,
             touches: p.anchors.iter().flatten().any(|anchor| anchor.0 == path.id),
+            is_whole: p.key().side(path.sheet_id()) == 0,
         });
     }
     gather.finish(tool)

@@ -30,7 +30,7 @@ fn lattice(domain: &Domain, mut of: impl FnMut(Seen)) {
             for k in 0..40 {
                 let at = DVec3::new(f64::from(i) - 19.5, -f64::from(j) - 0.5, f64::from(k) - 19.5) / 2.0;
                 let (strain, touches) = (DMat3::ZERO, false);
-                let seen = Seen { id, position: top + at, volume: 0.125, strain, hardening: 0.0, structure: 0.0, touches };
+                let seen = Seen { id, position: top + at, volume: 0.125, strain, hardening: 0.0, structure: 0.0, touches, is_whole: true };
                 of(seen);
                 id += 1;
             }
@@ -173,6 +173,7 @@ fn way_ends_at_what_the_tool_meets() {
             hardening: 0.0,
             structure: 0.0,
             touches: false,
+            is_whole: true,
         };
         let local = at;
         gather.way(&Found { seen, gap: at.length() - 2.25, local, normal: at.normalize(), area: 0.25 }, DVec3::Y)

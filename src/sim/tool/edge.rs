@@ -53,12 +53,8 @@ impl Outline {
     /// inside.
     pub(super) fn ahead(&self, q: DVec3) -> Option<Ahead> {
         match *self {
-            Self::Rectangle { half_width: w, half_height: h } => {
-                let corners = [DVec2::new(-w, -h), DVec2::new(w, -h), DVec2::new(w, h), DVec2::new(-w, h)];
-                ahead_of_polygon(&corners, q)
-            }
-            Self::Triangle { half_width: w, half_height: h } => {
-                ahead_of_polygon(&[DVec2::new(0.0, -h), DVec2::new(w, h), DVec2::new(-w, h)], q)
+            Self::Rectangle { .. } | Self::Triangle { .. } => {
+                self.corners().and_then(|(corners, count)| ahead_of_polygon(&corners[..count], q))
             }
             Self::Strip { profile, half_height } => {
                 let at = DVec2::new(q.x, q.z);

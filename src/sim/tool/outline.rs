@@ -52,6 +52,20 @@ pub(super) struct Foot {
 }
 
 impl Outline {
+    /// Corners of a flat blade in its XY plane, anticlockwise, and how many there are; none of what is bent, a
+    /// plate or a wire.
+    pub(crate) fn corners(&self) -> Option<([DVec2; 4], usize)> {
+        match *self {
+            Self::Rectangle { half_width: w, half_height: h } => {
+                Some(([DVec2::new(-w, -h), DVec2::new(w, -h), DVec2::new(w, h), DVec2::new(-w, h)], 4))
+            }
+            Self::Triangle { half_width: w, half_height: h } => {
+                Some(([DVec2::new(0.0, -h), DVec2::new(w, h), DVec2::new(-w, h), DVec2::ZERO], 3))
+            }
+            Self::Strip { .. } | Self::Plate { .. } | Self::Wire { .. } => None,
+        }
+    }
+
     /// The foot of a point of the blade's frame.
     pub(super) fn foot(&self, q: DVec3) -> Foot {
         let flat = |is_inside| Foot { distance: q.z, normal: DVec3::Z, is_inside };

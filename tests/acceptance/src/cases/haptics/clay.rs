@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Cell width \[m\] of the clay that is felt.
-const CELL: f64 = 1e-3;
+pub(super) const CELL: f64 = 1e-3;
 /// Radius of the ball \[m\].
 const RADIUS: f64 = 3e-3;
 /// Size of the block of clay \[m\]: its top is at y = 0, about the axis of y.
@@ -39,24 +39,24 @@ struct HandStroke {
 }
 
 /// What came of it.
-struct Felt {
+pub(super) struct Felt {
     /// Ticks of the servo.
-    samples: Vec<ServoSample>,
+    pub(super) samples: Vec<ServoSample>,
     /// Frames of the clay.
-    frames: Vec<LoopFrame>,
+    pub(super) frames: Vec<LoopFrame>,
 }
 
-/// The clay in cells of this width \[m\].
-fn clay(cell: f64, offset: DVec3) -> Snapshot {
+/// A block of clay of this size \[m\] in cells of this width \[m\].
+pub(super) fn clay(block: DVec3, cell: f64, offset: DVec3) -> Snapshot {
     let walls = Walls { low: [Wall::Separate, Wall::Stick, Wall::Separate], high: [Wall::Separate; 3] };
-    let low = DVec3::new(-0.5 * BLOCK.x - 2e-3, -BLOCK.y, -0.5 * BLOCK.z - 2e-3);
-    let high = DVec3::new(0.5 * BLOCK.x + 2e-3, 8e-3, 0.5 * BLOCK.z + 2e-3);
+    let low = DVec3::new(-0.5 * block.x - 2e-3, -block.y, -0.5 * block.z - 2e-3);
+    let high = DVec3::new(0.5 * block.x + 2e-3, 8e-3, 0.5 * block.z + 2e-3);
     let domain = Domain::new(low, high, cell, walls).expect("a room");
-    let count = (BLOCK / (0.5 * cell)).round().as_ivec3();
+    let count = (block / (0.5 * cell)).round().as_ivec3();
     let mut particles = vec![];
     for i in 0..count.x * count.y * count.z {
         let at = DVec3::new(f64::from(i % count.x), f64::from(i / count.x % count.y), f64::from(i / (count.x * count.y))) + 0.5;
-        let at = at * (0.5 * cell) - DVec3::new(0.5 * BLOCK.x, BLOCK.y, 0.5 * BLOCK.z) + offset * CELL;
+        let at = at * (0.5 * cell) - DVec3::new(0.5 * block.x, block.y, 0.5 * block.z) + offset * CELL;
         particles.push(Particle::at(domain.to_grid(at), (cell.powi(3) / 8.0) as f32, i as u32));
     }
     Snapshot::new(domain, Preset::SoftClay.material(), particles)
@@ -66,7 +66,7 @@ fn ball() -> Tool {
     Tool { shape: ToolShape::Sphere { radius: RADIUS }, contact: Contact::Separate { friction: 0.3 } }
 }
 
-fn policy(touch: bool, accuracy: StepAccuracy) -> Policy {
+pub(super) fn policy(touch: bool, accuracy: StepAccuracy) -> Policy {
     let outputs = FrameOutputs { touch, ..FrameOutputs::NOTHING };
     Policy { outputs, accuracy, integrator: IntegratorChoice::Implicit, ..Policy::default() }
 }
@@ -88,29 +88,13 @@ impl HandStroke {
 
     /// Runs the stroke through the servo.
     fn feel(&self) -> Felt {
-        let clay = clay(CELL, self.offset);
-        let arm = SimulatedArm::new(ArmSettings { operator: Operator::STYLUS, ..ArmSettings::default() }, self.path());
-        let (servo, ends) = ClayServo::new(ServoSettings { force: OPEN, ..ServoSettings::default() }, 64);
-        let mut engine = engine(1);
-        engine.load(&clay).expect("the clay loads");
-        let mut planner = Planner::new(&clay);
-        planner.policy = policy(true, StepAccuracy::Interactive);
-        let parts = (planner, engine, clay.material);
-        let mut felt = Felt { samples: vec![], frames: vec![] };
-        let mut run = VirtualLoop::new(VirtualHand::new(arm, Box::new(servo), ends), ball(), parts, LoopClock::default());
-        let end = self.path().duration() + WAIT;
-        while run.hand.arm.time() < end {
-            let frame = run.frame().expect("the engine runs");
-            felt.samples.extend(&frame.samples);
-            felt.frames.push(frame);
-        }
-        felt
+        Felt::of(&clay(BLOCK, CELL, self.offset), ball(), self.path())
     }
 
     /// The clay's force on the way of `felt`, in cells of `cell` \[m\] and fine steps: in the middle of windows
     /// of time.
     fn truth(&self, felt: &Felt, cell: f64) -> Vec<(f64, DVec3)> {
-        let clay = clay(cell, self.offset);
+        let clay = clay(BLOCK, cell, self.offset);
         let mut engine = engine(1);
         engine.load(&clay).expect("the clay loads");
         let mut planner = Planner::new(&clay);
@@ -158,6 +142,26 @@ const WINDOW: [f64; 2] = [2e-3, 8e-3];
 const FREE: f64 = 1.0 / 90.0;
 
 impl Felt {
+    /// A hand that takes a tool along a path of its own, and on for a moment, through the servo.
+    pub(super) fn of(clay: &Snapshot, tool: Tool, path: HandPath) -> Self {
+        let end = path.duration() + WAIT;
+        let arm = SimulatedArm::new(ArmSettings { operator: Operator::STYLUS, ..ArmSettings::default() }, path);
+        let (servo, ends) = ClayServo::new(ServoSettings { force: OPEN, ..ServoSettings::default() }, 64);
+        let mut engine = engine(1);
+        engine.load(clay).expect("the clay loads");
+        let mut planner = Planner::new(clay);
+        planner.policy = policy(true, StepAccuracy::Interactive);
+        let parts = (planner, engine, clay.material);
+        let mut felt = Self { samples: vec![], frames: vec![] };
+        let mut run = VirtualLoop::new(VirtualHand::new(arm, Box::new(servo), ends), tool, parts, LoopClock::default());
+        while run.hand.arm.time() < end {
+            let frame = run.frame().expect("the engine runs");
+            felt.samples.extend(&frame.samples);
+            felt.frames.push(frame);
+        }
+        felt
+    }
+
     /// The ticks with the true force at their times, and the impulse that the clay of the loop gave its tool.
     fn against(&self, truth: &[(f64, DVec3)]) -> Run {
         let at = |time: f64| {

@@ -4,6 +4,7 @@
 
 mod clay;
 mod curves;
+mod knife;
 mod shapes;
 mod solver;
 mod stability;
@@ -11,6 +12,7 @@ mod strokes;
 
 pub use clay::{clay_held, clay_strokes};
 pub use curves::{Curve, curves};
+pub use knife::knife;
 pub use shapes::closed_forms;
 pub use solver::{exactness, times};
 pub use stability::{by_default, limits};
