@@ -67,10 +67,17 @@ pub(crate) struct Seen {
     pub(crate) strain: DMat3,
     pub(crate) hardening: f64,
     pub(crate) structure: f64,
-    /// Whether it clings to the tool.
-    pub(crate) touches: bool,
+    /// Where it clings to the tool, in the tool's frame \[cells\].
+    pub(crate) anchor: Option<DVec3>,
     /// Whether it has no side of the tool's cut.
     pub(crate) is_whole: bool,
+}
+
+impl Seen {
+    /// Whether it clings to the tool.
+    fn touches(&self) -> bool {
+        self.anchor.is_some()
+    }
 }
 
 /// A particle with what was found of it.
@@ -167,7 +174,7 @@ impl<'a> Gather<'a> {
         touch.stiffness = about(patch.normal, normal, across);
         let growth = patch.growth * cell;
         let mean = |of: &dyn Fn(&Seen) -> f64| {
-            let holds = |f: &&Found| if patch.touches { f.seen.touches } else { f.gap < patch.gap + BAND };
+            let holds = |f: &&Found| if patch.touches { f.seen.touches() } else { f.gap < patch.gap + BAND };
             let weights = self.found.iter().filter(holds).map(|f| (f, f.area));
             let (sum, weight) = weights.fold((0.0, 0.0), |s, (f, w)| (s.0 + w * of(&f.seen), s.1 + w));
             if weight > 0.0 { sum / weight } else { 0.0 }
@@ -199,6 +206,7 @@ impl<'a> Gather<'a> {
             at: f.local,
             volume: f.seen.volume,
             is_whole: f.seen.is_whole,
+            anchor: f.seen.anchor,
             strengths: [
                 fresh * (1.0 - loss.of(f.seen.structure, f.seen.hardening)).max(0.0),
                 flow_stress(material, &f.seen, cell) / 3f64.sqrt(),
@@ -219,7 +227,7 @@ impl<'a> Gather<'a> {
 
     /// Middle of what touches, else the nearest particle's place, else the tool's own.
     fn centre(&self, is_touching: bool) -> DVec3 {
-        let touching = self.found.iter().filter(|f| is_touching && f.seen.touches);
+        let touching = self.found.iter().filter(|f| is_touching && f.seen.touches());
         let (sum, weight) = touching.fold((DVec3::ZERO, 0.0), |s, f| (s.0 + f.area * f.seen.position, s.1 + f.area));
         let nearest = || self.found.first().map_or(self.pose.position, |f| f.seen.position);
         if weight > 0.0 { sum / weight } else { nearest() }
@@ -254,11 +262,11 @@ struct Patch {
 impl Gather<'_> {
     /// None where no clay is near, none has a side, or the tool would meet none.
     fn patch(&self) -> Option<Patch> {
-        let touches = self.found.iter().any(|f| f.seen.touches);
+        let touches = self.found.iter().any(|f| f.seen.touches());
         let first = self.found.first()?.gap;
         // Before touch the nearer, the more: what lies by the side of a face comes in without a step.
         let weight = |f: &Found| match touches {
-            true => f64::from(u8::from(f.seen.touches)) * f.area,
+            true => f64::from(u8::from(f.seen.touches())) * f.area,
             false => f.area * (BAND - f.gap + first).max(0.0),
         };
         let normal = self.found.iter().map(|f| -weight(f) * f.normal).sum::<DVec3>().try_normalize()?;
@@ -273,7 +281,7 @@ impl Gather<'_> {
     /// How far the tool goes against the normal until it touches a particle \[cells\], by steps of its
     /// distance; none where it passes by or with its side, or is further off than what is looked at.
     fn way(&self, found: &Found, normal: DVec3) -> Option<f64> {
-        if found.seen.touches {
+        if found.seen.touches() {
             return (-found.normal.dot(normal) > FACING).then_some(0.0);
         }
         let (on, reach) = (self.pose.rotation.conjugate() * normal, reach(found.seen.volume));

@@ -160,3 +160,6 @@ fn in_plane(force: DVec3, outwards: &[DVec3; EDGES_MAX], borne: &[f64; EDGES_MAX
     // To the bit what it was where nothing slides.
     if rest.length() <= slide { force } else { edges + rest.clamp_length_max(slide) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,8 @@
 //! touch says `E + T`: of the edges that cut `E = sum_e R L_e max(0, m_e . u)`, of the flanks `T = 2 k A`, mean
 //! of the frame's two ends. Factors a of edges and b of flanks are the least of
 //! `sum w (a E + b T - M)^2 / (E + T)^2 + PRIOR ((a - 1)^2 + (b - 1)^2)`: strokes back, which cut nothing, tell
-//! the flanks from the edges.
+//! the flanks from the edges. A frame weighs by what it bore of all that edges and flanks could, squared: of a
+//! way that is hardly against anything nothing is learnt.
 
 use super::super::model::BladeContact;
 use crate::sim::touch::{BladeTouch, ToolTouch};
@@ -21,6 +22,9 @@ const SETTLED: f64 = 2.0;
 
 /// Cosine [-] between the ways of two frames that go on.
 const ONWARD: f64 = 0.8;
+
+/// Part [-] of a frame's way that its latter half has to have: half of it where nothing slows down.
+const LATTER: f64 = 0.25;
 
 /// Least and greatest factor that is believed [-].
 const FACTORS: [f64; 2] = [0.5, 2.0];
@@ -66,19 +70,27 @@ impl BladeFit {
         let way = way - way.dot(touch.normal) * touch.normal;
         let goes_on = way.dot(way_before) > ONWARD * way.length() * way_before.length();
         self.run = if goes_on { self.run + way.length() } else { 0.0 };
-        if let Some(found) = bound([&before, blade], way, touch.pose.rotation).filter(|_| goes_on) {
-            let [edges, flanks] = found;
-            let along = touch.stiffness * way.normalize_or_zero();
-            let stiffness = along.dot(way.normalize_or_zero());
-            let said = edges + flanks;
-            if said > 0.0 && self.run * stiffness > SETTLED * said {
-                let [e, t] = [edges / said, flanks / said];
-                let more = (-touch.force.dot(way.normalize_or_zero()) / said - 1.0).clamp(-1.0, 1.0);
-                let news = [e * e, e * t, t * t, e * more, t * more];
-                self.sums = std::array::from_fn(|i| self.sums[i] * DECAY + news[i]);
-            }
+        // The frame's latter half too: a blade that turns back in it has let go.
+        let latter = (touch.pose.position - touch.mean_position).dot(way);
+        if goes_on && latter > LATTER * way.length_squared() {
+            self.weigh(touch, [&before, blade], way);
         }
         self.last = Some((touch.mean_position, blade.clone(), way));
+    }
+
+    /// Takes in a frame that went on between these touches.
+    fn weigh(&mut self, touch: &ToolTouch, ends: [&BladeTouch; 2], way: DVec3) {
+        let onward = way.normalize_or_zero();
+        let Some([edges, flanks]) = bound(ends, onward, touch.pose.rotation) else { return };
+        let (said, stiffness) = (edges + flanks, (touch.stiffness * onward).dot(onward));
+        if said > 0.0 && self.run * stiffness > SETTLED * said {
+            let all = ends[1].flank.max(0.0) + ends[1].edges.iter().map(|edge| edge.force).sum::<f64>();
+            let weight = (said / all).min(1.0).powi(2);
+            let [e, t] = [edges / said, flanks / said];
+            let more = (-touch.force.dot(onward) / said - 1.0).clamp(-1.0, 1.0);
+            let news = [e * e, e * t, t * t, e * more, t * more];
+            self.sums = std::array::from_fn(|i| self.sums[i] * DECAY.powf(weight) + weight * news[i]);
+        }
     }
 
     /// Factors of edges and flanks [-].
@@ -92,12 +104,12 @@ impl BladeFit {
     }
 }
 
-/// What edges and flanks bear of a blade that goes this way, by the touches before and after it \[N\]; none
-/// where an edge came to whole clay on it.
-fn bound(ends: [&BladeTouch; 2], way: DVec3, rotation: DQuat) -> Option<[f64; 2]> {
-    let onward = rotation.conjugate() * way.try_normalize()?;
+/// What edges and flanks bear of a blade that goes on this way, of unit length, by the touches before and
+/// after it \[N\]; none where an edge came to whole clay on it.
+fn bound(ends: [&BladeTouch; 2], onward: DVec3, rotation: DQuat) -> Option<[f64; 2]> {
+    let onward = rotation.conjugate() * onward;
     let mut edges = 0.0;
-    for [before, after] in ends[0].edges.iter().zip(&ends[1].edges).map(|pair| [pair.0, pair.1]) {
+    for (before, after) in ends[0].edges.iter().zip(&ends[1].edges) {
         let ahead = after.outward.dot(onward).max(0.0);
         match (before.gap > 0.0, after.gap > 0.0) {
             (true, true) => {}
@@ -123,4 +135,68 @@ fn contact(touch: &BladeTouch) -> BladeContact {
         (to.outward, to.gap, to.force) = (from.outward, from.gap, from.force);
     }
     contact
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::tool::Pose;
+    use crate::sim::touch::EdgeTouch;
+    use glam::DMat3;
+
+    const FLANK: f64 = 0.4;
+    const EDGE: f64 = 0.1;
+
+    /// A frame of a knife that ends with its edge at height `y` \[m\], `way` above where it began.
+    fn touch(y: f64, way: f64, gap: f64, force: f64) -> ToolTouch {
+        let edge = EdgeTouch { outward: DVec3::NEG_Y, gap, force: EDGE };
+        let blade = BladeTouch { flank: FLANK, bearing: [0.5; 2], edges: vec![edge], ..BladeTouch::default() };
+        ToolTouch {
+            pose: Pose { position: DVec3::Y * y, ..Pose::default() },
+            mean_position: DVec3::Y * (y - 0.5 * way),
+            force: DVec3::Y * force + DVec3::Z * 0.7,
+            normal: DVec3::Z,
+            stiffness: DMat3::from_diagonal(DVec3::splat(5000.0)),
+            blade: Some(blade),
+            ..ToolTouch::default()
+        }
+    }
+
+    /// Frames of 0.3 mm, by the force that the blade bears upwards.
+    fn stroke(fit: &mut BladeFit, from: f64, way: f64, gap: f64, force: f64) -> BladeContact {
+        let frames = (1..=12).map(|i| touch(from + way * f64::from(i), way, gap, force));
+        frames.map(|touch| fit.bounds(&touch).expect("a blade")).last().expect("a frame")
+    }
+
+    /// What a blade bears as it cuts is what it is said to bear next; the flanks are told from the edge by the
+    /// way out, and what presses across counts as borne.
+    #[test]
+    fn bounds_follow_what_clay_bears() {
+        let mut fit = BladeFit::default();
+        let bears = 1.2 * EDGE + 0.8 * FLANK;
+        let cut = stroke(&mut fit, 0.0, -0.3e-3, 0.0, bears);
+        assert!((cut.edges[0].force + cut.flank - bears).abs() < 0.1 * (bears - EDGE - FLANK).abs(), "{cut:?}");
+        assert_eq!(cut.bearing, [0.5, 0.7]);
+        let out = stroke(&mut fit, -3.6e-3, 0.3e-3, 1e-3, -0.8 * FLANK);
+        assert!((out.flank / FLANK - 0.8).abs() < 0.02, "{out:?}");
+        assert!(out.edges[0].force > 0.9 * EDGE, "{out:?}");
+    }
+
+    /// Nothing is learnt of a blade that is held, turns back, or goes where hardly anything is against it, and
+    /// nothing is kept of other clay.
+    #[test]
+    fn frames_that_do_not_cut_say_nothing() {
+        let mut fit = BladeFit::default();
+        let ways = [-1e-6, -1e-6, 0.0, -0.3e-3, 0.3e-3, -0.3e-3, 0.2e-3, -0.02e-3];
+        let mut y = 0.0;
+        for way in ways {
+            y += way;
+            assert!(fit.bounds(&touch(y, way, 0.0, 0.05)).is_some());
+        }
+        assert_eq!(fit.factors(), [1.0; 2]);
+        stroke(&mut fit, 0.0, -0.3e-3, 0.0, 0.3);
+        assert!(fit.factors()[1] < 0.9);
+        assert!(fit.bounds(&ToolTouch::default()).is_none());
+        assert_eq!(fit.factors(), [1.0; 2]);
+    }
 }

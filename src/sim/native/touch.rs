@@ -36,7 +36,7 @@ fn seen(hot: &Hot, cold: &Cold, domain: &Domain, (tool, sheet): (u32, u8)) -> Se
         strain: DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)),
         hardening: f64::from(hot.hardening),
         structure: f64::from(cold.structure),
-        touches: cold.anchors.iter().any(|anchor| anchor.get().is_some_and(|(id, _)| id == tool)),
+        anchor: cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool)).map(|anchor| anchor.1),
         is_whole: cold.key().side(sheet) == 0,
     }
 }

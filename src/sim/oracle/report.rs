@@ -117,7 +117,7 @@ fn touch(particles: &[Particle], domain: &Domain, plan: &FramePlan, path: &ToolP
             strain: p.elastic_strain,
             hardening: p.hardening,
             structure: p.structure,
-            touches: p.anchors.iter().flatten().any(|anchor| anchor.0 == path.id),
+            anchor: p.anchors.iter().flatten().find(|anchor| anchor.0 == path.id).map(|anchor| anchor.1),
             is_whole: p.key().side(path.sheet_id()) == 0,
         });
     }

@@ -7,17 +7,18 @@
 //! | number | what |
 //! |---|---|
 //! | area A | `sum V c` over `0 < abs z <= 1`: a layer of one cell |
-//! | its growth | `sum_e m_e L_e`, `L_e = sum 2 V c_e` over `abs s_e < 1/4`, c_e that of the other edges |
+//! | its growth | `sum_e m_e L_e`, `L_e = sum V c_e` over `abs s_e < 1/2`, c_e that of the other edges |
 //! | strength k | mean of the particles', by V c |
 //! | edge's length at whole clay | `L_e(a) = sum V c_e w(s_e - a, z)`, w the edge's the share that an edge gives clay |
 //!
-//! A growth is the derivative of its area by the blade's place, by the divergence theorem: where clay's face
-//! crosses the blade, its normal's integral is less that over the edges within clay. Whole clay is what has no
+//! A growth is the derivative of its area by the blade's place, over a cell: each edge brings in the clay that
+//! it comes to. Whole clay is what has no
 //! side of the blade's cut; the gap of an edge is the least a of which `L_e` is half its greatest, its length
-//! the mean over the cell beyond. A blade that touches nothing has the areas that it comes to, less the way.
+//! the mean over the cell beyond. Where that is none, it is how far the edge is drawn back from what clings to
+//! it, by the mean of their anchors. A blade that touches nothing has the areas that it comes to, less the way.
 
-use super::super::touch::{BladeTouch, EdgeTouch};
 use super::super::tool::{EDGE_REACH, edge_share};
+use super::super::touch::{BladeTouch, EdgeTouch};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -40,6 +41,8 @@ pub(super) struct Beside {
     pub(super) volume: f64,
     /// Whether it has no side of the blade's cut.
     pub(super) is_whole: bool,
+    /// Where it clings to the blade, in the blade's frame \[cells\].
+    pub(super) anchor: Option<DVec3>,
     /// What it bears of a flank that slides along it, and of one that presses: shear strengths \[Pa\].
     pub(super) strengths: [f64; 2],
 }
@@ -81,7 +84,7 @@ impl About {
         let edges: Vec<(DVec2, DVec2)> = edges(corners).collect();
         let mut found = Self { flanks: [Flank::default(); 2], edges: vec![], strengths: Default::default() };
         let steps = ((AHEAD + 1.0) / STEP) as usize + 1;
-        let mut whole = vec![vec![0.0; steps]; edges.len()];
+        let mut whole = vec![Ahead { lengths: vec![0.0; steps], ..Ahead::default() }; edges.len()];
         for particle in particles.iter().filter(|p| p.at.z.abs() <= LAYER) {
             let outside = |edge: &(DVec2, DVec2)| edge.1.dot(particle.at.truncate() - edge.0);
             let outside: Vec<f64> = edges.iter().map(outside).collect();
@@ -89,12 +92,11 @@ impl About {
             for (index, (edge, s)) in edges.iter().zip(&outside).enumerate() {
                 let others = outside.iter().enumerate().filter(|other| other.0 != index);
                 let beside: f64 = particle.volume * others.map(|(_, s)| within(*s)).product::<f64>();
-                if s.abs() < 0.25 {
-                    flank.growth += 2.0 * beside * edge.1.extend(0.0);
+                if s.abs() < 0.5 {
+                    flank.growth += beside * edge.1.extend(0.0);
                 }
                 if particle.is_whole && beside > 0.0 {
-                    let shares = whole[index].iter_mut().enumerate();
-                    shares.for_each(|(i, sum)| *sum += beside * edge_share(s - STEP * i as f64, particle.at.z));
+                    whole[index].see(particle, *s, beside, edge.1.extend(0.0));
                 }
             }
             let part = particle.volume * outside.iter().map(|s| within(*s)).product::<f64>();
@@ -103,7 +105,7 @@ impl About {
                 *sum = (sum.0 + weight, std::array::from_fn(|i| sum.1[i] + weight * particle.strengths[i]));
             }
         }
-        found.edges = edges.iter().zip(&whole).map(|(edge, lengths)| met(edge.1.extend(0.0), lengths)).collect();
+        found.edges = edges.iter().zip(&whole).map(|(edge, ahead)| ahead.met(edge.1.extend(0.0))).collect();
         found.come_to();
         found
     }
@@ -153,23 +155,121 @@ impl About {
     }
 }
 
-/// An edge of this outward normal, by the lengths of whole clay from [`STEP`] to step ahead: its gap, and the
-/// length that it meets.
-fn met(outward: DVec3, lengths: &[f64]) -> (DVec3, f64, f64) {
-    let half = 0.5 * lengths.iter().copied().fold(0.0, f64::max);
-    let first = lengths.iter().position(|length| *length >= half).filter(|_| half > 0.0);
-    let Some(first) = first.filter(|first| *first as f64 * STEP <= AHEAD) else { return (outward, 0.0, 0.0) };
-    let gap = match first.checked_sub(1) {
-        Some(before) => {
-            let [a, b] = [lengths[before], lengths[first]];
-            STEP * (before as f64 + (half - a) / (b - a))
+/// The whole clay ahead of an edge.
+#[derive(Clone, Debug, Default)]
+struct Ahead {
+    /// The length that meets it from [`STEP`] to step ahead \[cells\].
+    lengths: Vec<f64>,
+    /// Of what is anchored to it, by share: sum of shares, and of the ways that the edge has come on since.
+    advance: [f64; 2],
+}
+
+impl Ahead {
+    /// Takes in a particle `s` outside of the edge that counts by `part` \[cells^3\].
+    fn see(&mut self, particle: &Beside, s: f64, part: f64, outward: DVec3) {
+        let shares = self.lengths.iter_mut().enumerate();
+        shares.for_each(|(i, sum)| *sum += part * edge_share(s - STEP * i as f64, particle.at.z));
+        if let Some(anchor) = particle.anchor {
+            let share = part * edge_share(s, particle.at.z);
+            let come = outward.dot(anchor - particle.at);
+            self.advance = [self.advance[0] + share, self.advance[1] + share * come];
         }
-        None => 0.0,
-    };
-    let from = if first > 0 { first + 1 } else { 0 };
-    let beyond = &lengths[from..(from + CELL_STEPS).min(lengths.len())];
-    (outward, gap, beyond.iter().sum::<f64>() / beyond.len().max(1) as f64)
+    }
+
+    /// The edge's outward normal, its gap, and the length that it meets.
+    fn met(&self, outward: DVec3) -> (DVec3, f64, f64) {
+        let lengths = &self.lengths;
+        let half = 0.5 * lengths.iter().copied().fold(0.0, f64::max);
+        let first = lengths.iter().position(|length| *length >= half).filter(|_| half > 0.0);
+        let Some(first) = first.filter(|first| *first as f64 * STEP <= AHEAD) else { return (outward, 0.0, 0.0) };
+        let gap = match first.checked_sub(1) {
+            Some(before) => {
+                let [a, b] = [lengths[before], lengths[first]];
+                STEP * (before as f64 + (half - a) / (b - a))
+            }
+            // Drawn back from what clings to it by less than a layer of particles.
+            None if self.advance[0] > 0.0 => (-self.advance[1] / self.advance[0]).max(0.0),
+            None => 0.0,
+        };
+        let from = if first > 0 { first + 1 } else { 0 };
+        let beyond = &lengths[from..(from + CELL_STEPS).min(lengths.len())];
+        (outward, gap, beyond.iter().sum::<f64>() / beyond.len().max(1) as f64)
+    }
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    /// Full particles half a cell apart at and below y = 0, about the blade's plane at z = `beside`, whole
+    /// below y = -`cut`.
+    fn lattice(beside: f64, cut: f64) -> Vec<Beside> {
+        let at = |i: i32| DVec3::new(f64::from(i % 24) - 11.5, -f64::from(i / 24 % 24) - 0.5, f64::from(i / 576) - 7.5) / 2.0;
+        let particle = |at: DVec3| Beside {
+            at: at + DVec3::Z * beside,
+            volume: 0.125,
+            is_whole: at.y < -cut,
+            anchor: None,
+            strengths: [3e3, 4e3],
+        };
+        (0..24 * 24 * 16).map(at).map(particle).collect()
+    }
+
+    /// A rectangle of 6 by 8 cells whose lower edge is `deep` below the clay's face, in a cut of depth `cut`.
+    fn about(deep: f64, cut: f64, beside: f64) -> About {
+        let low = -deep;
+        let corners = [DVec2::new(-3.0, low), DVec2::new(3.0, low), DVec2::new(3.0, low + 8.0), DVec2::new(-3.0, low + 8.0)];
+        About::new(&corners, &lattice(beside, cut))
+    }
+
+    fn close(found: f64, wanted: f64, within: f64) {
+        assert!((found - wanted).abs() <= within, "{found} is not {wanted}");
+    }
+
+    /// In its cut a knife has clay on both flanks by its depth, wherever layers of particles are, which grows
+    /// by its edge's length alone; edge and sides meet whole clay by their lengths in it.
+    #[test]
+    fn flanks_and_edges_are_those_in_clay() {
+        for beside in [0.0, 0.1, 0.26, 0.4] {
+            for deep in [2.0, 3.1, 4.3] {
+                let found = about(deep, deep, beside);
+                close(found.area(), 2.0 * 6.0 * deep, 1e-9);
+                for flank in &found.flanks {
+                    close(flank.area, 6.0 * deep, 1e-9);
+                    assert!((flank.growth - DVec3::NEG_Y * 6.0).length() < 1e-9, "{}", flank.growth);
+                }
+                let lengths: Vec<[f64; 2]> = found.edges.iter().map(|edge| [edge.1, edge.2]).collect();
+                let touch = found.touch(15.0, true, 1e-3).expect("clay");
+                close(lengths[0][0], 0.0, 1e-12);
+                close(touch.edges[0].force, 15.0 * 6e-3, 1e-9);
+                close(touch.flank, 3e3 * 2.0 * 6.0 * deep * 1e-6, 1e-9);
+                close(touch.bearing[1], (2.0 + PI) * 4e3 * 6.0 * deep * 1e-6, 1e-9);
+                assert_eq!((lengths[2], touch.edges[2].outward), ([0.0; 2], DVec3::Y));
+            }
+        }
+    }
+
+    /// Before touch areas are less than none by the way that is left, and in its own cut an edge has the way
+    /// to where that ends; without an edge's force and clinging there is the bearing alone.
+    #[test]
+    fn edges_have_the_way_to_whole_clay() {
+        // Clay bears 0.35 cells before the middle of its first layer: 0.1 before its face.
+        let above = about(-1.5, 0.0, 0.1);
+        let gap = above.edges[0].1;
+        close(gap, 1.5 - 0.3, STEP);
+        let touch = above.touch(15.0, true, 1e-3).expect("clay");
+        close(touch.flank, -gap * 1e-3 * 2.0 * 3e3 * 6e-3, 1e-9);
+        assert!((touch.flank_growth - DVec3::NEG_Y * 36.0).length() < 1e-9, "{}", touch.flank_growth);
+        let back = about(2.0, 4.0, 0.1);
+        close(back.edges[0].1, 2.0, 0.35);
+        close(back.edges[0].2, 6.0, 1e-9);
+        let anchored = |p: Beside| Beside { anchor: Some(p.at + DVec3::Y * 0.15), ..p };
+        let drawn: Vec<Beside> = lattice(0.1, 3.0).into_iter().map(anchored).collect();
+        let corners = [DVec2::new(-3.0, -2.9), DVec2::new(3.0, -2.9), DVec2::new(3.0, 5.0), DVec2::new(-3.0, 5.0)];
+        close(About::new(&corners, &drawn).edges[0].1, 0.15, 1e-9);
+        let slips = back.touch(0.0, false, 1e-3).expect("clay");
+        assert!(slips.flank == 0.0 && slips.flank_growth == DVec3::ZERO && slips.bearing[0] > 0.0);
+        assert!(slips.edges.iter().all(|edge| edge.force == 0.0));
+        assert!(About::new(&[DVec2::ZERO, DVec2::X, DVec2::Y], &[]).touch(15.0, true, 1e-3).is_none());
+    }
+}

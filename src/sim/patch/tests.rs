@@ -29,8 +29,17 @@ fn lattice(domain: &Domain, mut of: impl FnMut(Seen)) {
         for j in 0..12 {
             for k in 0..40 {
                 let at = DVec3::new(f64::from(i) - 19.5, -f64::from(j) - 0.5, f64::from(k) - 19.5) / 2.0;
-                let (strain, touches) = (DMat3::ZERO, false);
-                let seen = Seen { id, position: top + at, volume: 0.125, strain, hardening: 0.0, structure: 0.0, touches, is_whole: true };
+                let strain = DMat3::ZERO;
+                let seen = Seen {
+                    id,
+                    position: top + at,
+                    volume: 0.125,
+                    strain,
+                    hardening: 0.0,
+                    structure: 0.0,
+                    anchor: None,
+                    is_whole: true,
+                };
                 of(seen);
                 id += 1;
             }
@@ -56,7 +65,7 @@ fn touch(shape: ToolShape, above: f64, force: f64, strained: bool) -> ToolTouch 
         let touches = sunk > 1e-9 && at.y > -0.3;
         seen.position.y -= sunk;
         let strain = if strained { DMat3::from_diagonal(DVec3::new(1.0, -2.0, 1.0) * at_yield / 3.0) } else { DMat3::ZERO };
-        gather.see(Seen { touches, strain, ..seen });
+        gather.see(Seen { anchor: touches.then_some(DVec3::ZERO), strain, ..seen });
     });
     gather.finish(&ToolReport { id: 4, force: DVec3::Y * force, ..ToolReport::default() })
 }
@@ -172,7 +181,7 @@ fn way_ends_at_what_the_tool_meets() {
             id: 0,
             hardening: 0.0,
             structure: 0.0,
-            touches: false,
+            anchor: None,
             is_whole: true,
         };
         let local = at;
@@ -267,5 +276,46 @@ mod engines {
             let (snapshot, plan) = pressed(integrator, FrameOutputs::NOTHING);
             assert!(run(&snapshot, &plan).touches.is_empty());
         }
+    }
+
+    /// A knife that sticks goes a cell and a half into a block.
+    fn cut(integrator: Integrator) -> (Snapshot, FramePlan) {
+        let asked = FrameOutputs { touch: true, ..FrameOutputs::NOTHING };
+        let (snapshot, plan) = pressed(integrator, asked);
+        let shape = ToolShape::Blade { half_width: 3.0 * CELL, half_height: 4.0 * CELL };
+        let domain = domain();
+        let place =
+            |y: f64| Pose { position: domain.to_world(middle(&domain) + DVec3::new(0.2, y, 0.1)), rotation: DQuat::IDENTITY };
+        let mut knife = ToolPath::still(4, Tool { shape, contact: Contact::Stick }, place(4.1));
+        let steps = plan.steps * 4;
+        let at = |time, y: f64| PoseSample { time, pose: place(y) };
+        knife.samples = vec![at(0.0, 4.1), at(plan.dt * f64::from(steps), 2.6)];
+        let material = ClayMaterial { toughness: 5.0, ..plan.material };
+        (Snapshot { material, ..snapshot }, FramePlan { tools: vec![knife], steps, material, ..plan })
+    }
+
+    /// What clay bears of a blade is the oracle's: its edge R L, its flanks 2 k A of the depth that it has cut.
+    #[test]
+    fn native_blade_agrees_with_the_oracle() {
+        let (snapshot, plan) = cut(Integrator::default());
+        let (ours, theirs) = (run(&snapshot, &plan), Oracle::new(&snapshot).run(&plan));
+        let [a, b] = [&ours.touches[0], &theirs.touches[0]];
+        let [ours, theirs] = [a, b].map(|touch| touch.blade.as_ref().expect("a blade"));
+        assert!((a.normal - DVec3::Z).length() < 1e-12 && a.force.y > 0.0, "{a:?}");
+        assert!((a.force - b.force).length() <= 1e-3 * b.force.length(), "{} {}", a.force, b.force);
+        close(a.stiffness.z_axis.z, b.stiffness.z_axis.z, 1e-3);
+        close(ours.flank, theirs.flank, 1e-3);
+        (0..2).for_each(|i| close(ours.bearing[i], theirs.bearing[i], 1e-3));
+        assert!((ours.flank_growth - theirs.flank_growth).length() <= 1e-3 * theirs.flank_growth.length());
+        for (ours, theirs) in ours.edges.iter().zip(&theirs.edges) {
+            assert_eq!(ours.outward, theirs.outward);
+            assert!((ours.gap - theirs.gap).abs() < 1e-3 * CELL, "{} {}", ours.gap, theirs.gap);
+            assert!((ours.force - theirs.force).abs() < 1e-3 * theirs.force.max(1e-3), "{} {}", ours.force, theirs.force);
+        }
+        let [edge, depth] = [6.0 * CELL, 1.4 * CELL];
+        close(theirs.edges[0].force, 5.0 * edge, 0.1);
+        // It is so fast that it takes clay down with it.
+        assert!((0.5..1.0).contains(&(b.area / (2.0 * edge * depth))), "{}", b.area);
+        close(theirs.flank, plan.material.shear_strength() * b.area, 1e-9);
     }
 }
