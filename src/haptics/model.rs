@@ -154,3 +154,30 @@ impl ContactModel {
         &self.near[..(self.near_count as usize).min(NEAR_MAX)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In a frame of lengths three times as great a blade bears what it bore at the same place.
+    #[test]
+    fn scaled_blade_bears_the_same_at_the_same_place() {
+        let edge = EdgeContact { outward: DVec3::NEG_Y, gap: 2e-3, force: 0.1 };
+        let blade = BladeContact {
+            flank: 0.2,
+            flank_growth: DVec3::NEG_Y * 40.0,
+            bearing: [0.3, 0.4],
+            bearing_growth: [DVec3::NEG_Y * 60.0, DVec3::X * 90.0],
+            edges: [edge; EDGES_MAX],
+        };
+        let (scaled, way) = (blade.scaled(3.0), DVec3::new(1e-3, -2e-3, 0.0));
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} is not {b}");
+        near(scaled.flank + scaled.flank_growth.dot(3.0 * way), blade.flank + blade.flank_growth.dot(way));
+        for side in 0..2 {
+            let [a, b] = [(scaled, 3.0 * way), (blade, way)].map(|(of, way)| of.bearing[side] + of.bearing_growth[side].dot(way));
+            near(a, b);
+        }
+        near(scaled.edges[0].gap, 6e-3);
+        assert_eq!((scaled.edges[0].outward, scaled.edges[0].force), (edge.outward, edge.force));
+    }
+}

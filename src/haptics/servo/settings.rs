@@ -9,18 +9,21 @@ use glam::{DQuat, DVec3};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// As published: `f = k_h (x_rg - x_ro)`, Yu et al. Eq. 8, with the anchor `x_rg` where the tool came to
-    /// the clay and the tool `x_ro` nearest to the hand outside of it, Eq. 6, by projected Gauss-Seidel.
+    /// the clay and the tool `x_ro` nearest to the hand outside of it, Eq. 6, by projected Gauss-Seidel. Of
+    /// blades, which are no spheres, nothing is felt.
     PaperAnchor {
         /// Whether the anchor follows where the clay yields. As published it does not, and gives back on the
         /// way out all that the hand put in.
         relaxes: bool,
     },
     /// `f = k_h (x_ro - x_h)`: the tool is nearest to the hand outside the clay, by the exact active set,
-    /// with a cone of friction.
+    /// with a cone of friction. Of blades nothing is felt.
     GodObject,
-    /// The clay's own force, some frames old: the truth about the clay, and no force for a stiff hand.
+    /// The clay's own force, some frames old: the truth about the clay, and no force for a stiff hand. Any
+    /// tool's, bent blades and wires too.
     ContactImpulse,
-    /// The clay's contact at the hand's present pose, by a spring and a damper between hand and tool.
+    /// The clay's contact at the hand's present pose, by a spring and a damper between hand and tool: of solid
+    /// tools, and of flat blades by their edges and flanks.
     #[default]
     Coupled,
 }

@@ -194,6 +194,12 @@ mod tests {
             assert!(fit.bounds(&touch(y, way, 0.0, 0.05)).is_some());
         }
         assert_eq!(fit.factors(), [1.0; 2]);
+        // A frame that went on in the mean and ends on its way back.
+        stroke(&mut fit, 0.0, -0.3e-3, 0.0, EDGE + FLANK);
+        let before = fit.factors();
+        let turned = Pose { position: DVec3::Y * -3.4e-3, ..Pose::default() };
+        fit.bounds(&ToolTouch { pose: turned, ..touch(-3.6e-3, -0.1e-3, 0.0, 0.1) });
+        assert_eq!(fit.factors(), before);
         stroke(&mut fit, 0.0, -0.3e-3, 0.0, 0.3);
         assert!(fit.factors()[1] < 0.9);
         assert!(fit.bounds(&ToolTouch::default()).is_none());

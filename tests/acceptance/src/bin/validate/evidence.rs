@@ -173,6 +173,9 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("force of erring models", "", "the clay's own force on the same way"),
     exact("held force", "", "an inviscid force stays"),
     exact("held force of an engine's clay", "", "an inviscid force stays"),
+    exact("knife in the hand", "", "what the clay's frames give the blade"),
+    exact("knife in the hand", "force, knife that slips at 5 mm/s: mean force out", "0: nothing new is cut, nothing clings"),
+    exact("knife in the hand", "force, knife that slips at 50 mm/s: mean force out", "0: nothing new is cut, nothing clings"),
     exact("force of slow clay", "", "the clay's own force on the same way"),
     compared(
         "force of an engine's clay",
