@@ -23,7 +23,8 @@
 //! [`YIELDING`].
 //!
 //! A flat blade has clay on both flanks, each a half space of its own: `K_n` and `K_t` are sums over the two,
-//! their areas with the edges' own. What it yields at is by direction: [`BladeTouch`](super::touch::BladeTouch).
+//! their areas with the edges' own. What it yields at is by direction:
+//! [`BladeTouch`](super::touch::BladeTouch).
 
 mod blade;
 

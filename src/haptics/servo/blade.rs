@@ -1,4 +1,4 @@
-//! What clay bears of a flat blade at the hand's pose: the bounds of [`BladeContact`], moved on with the tool.
+//! What clay bears of a flat blade at the hand's pose: the bounds of [`BladeContact`], moved with the tool.
 //!
 //! The clay is one spring, as for solid tools; what of its force is not admissible is returned to the nearest
 //! that is. An edge bears up to R L of what is against its advance: where it stands it is loaded and unloaded
@@ -96,8 +96,8 @@ impl BladeLimit {
         }
     }
 
-    /// The admissible force nearest to `trial`, across the blade and then in its plane \[N\]; `before` is that
-    /// of the last tick, `stiffness` the clay's in the plane \[N/m\].
+    /// The admissible force nearest to `trial`, across the blade and then in its plane \[N\]; `before` is
+    /// that of the last tick, `stiffness` the clay's in the plane \[N/m\].
     pub(super) fn admit(&self, trial: DVec3, before: DVec3, held: &Held, stiffness: f64) -> DVec3 {
         let normal = held.rotation * DVec3::Z;
         let [_, front, behind] = self.forces.map(|force| force.max(0.0));
@@ -139,8 +139,8 @@ impl BladeLimit {
     }
 }
 
-/// What edges bear of a force in the plane \[N\]: `t` in its bounds with the least `|force + sum t_e m_e|`, one
-/// edge after the other.
+/// What edges bear of a force in the plane \[N\]: `t` in its bounds with the least `|force + sum t_e m_e|`,
+/// one edge after the other.
 fn nearest(force: DVec3, outwards: &[DVec3; EDGES_MAX], bounds: &[f64; EDGES_MAX]) -> [f64; EDGES_MAX] {
     let (mut borne, mut left) = ([0.0; EDGES_MAX], force);
     for _ in 0..SWEEPS {

@@ -19,11 +19,11 @@ pub enum Mode {
     /// `f = k_h (x_ro - x_h)`: the tool is nearest to the hand outside the clay, by the exact active set,
     /// with a cone of friction. Of blades nothing is felt.
     GodObject,
-    /// The clay's own force, some frames old: the truth about the clay, and no force for a stiff hand. Any
-    /// tool's, bent blades and wires too.
+    /// The clay's own force, some frames old: the truth about the clay, and no force for a stiff hand. Of any
+    /// tool, bent blades and wires too.
     ContactImpulse,
-    /// The clay's contact at the hand's present pose, by a spring and a damper between hand and tool: of solid
-    /// tools, and of flat blades by their edges and flanks.
+    /// The clay's contact at the hand's present pose, by a spring and a damper between hand and tool: of
+    /// solid tools, and of flat blades by their edges and flanks.
     #[default]
     Coupled,
 }

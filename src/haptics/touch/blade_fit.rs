@@ -1,11 +1,11 @@
 //! What a flat blade yields at, put right by what it met as it went on.
 //!
 //! A frame in which the blade went through clay in its plane, by the unit way u, bore `M = -f . u` where its
-//! touch says `E + T`: of the edges that cut `E = sum_e R L_e max(0, m_e . u)`, of the flanks `T = 2 k A`, mean
-//! of the frame's two ends. Factors a of edges and b of flanks are the least of
-//! `sum w (a E + b T - M)^2 / (E + T)^2 + PRIOR ((a - 1)^2 + (b - 1)^2)`: strokes back, which cut nothing, tell
-//! the flanks from the edges. A frame weighs by what it bore of all that edges and flanks could, squared: of a
-//! way that is hardly against anything nothing is learnt.
+//! touch says `E + T`: of the edges that cut `E = sum_e R L_e max(0, m_e . u)`, of the flanks `T = 2 k A`,
+//! mean of the frame's two ends. Factors a of edges and b of flanks are the least of
+//! `sum w (a E + b T - M)^2 / (E + T)^2 + PRIOR ((a - 1)^2 + (b - 1)^2)`: strokes back, which cut nothing,
+//! tell the flanks from the edges. A frame weighs by what it bore of all that edges and flanks could,
+//! squared: of a way that is hardly against anything nothing is learnt.
 
 use super::super::model::BladeContact;
 use crate::sim::touch::{BladeTouch, ToolTouch};
@@ -168,8 +168,8 @@ mod tests {
         frames.map(|touch| fit.bounds(&touch).expect("a blade")).last().expect("a frame")
     }
 
-    /// What a blade bears as it cuts is what it is said to bear next; the flanks are told from the edge by the
-    /// way out, and what presses across counts as borne.
+    /// What a blade bears as it cuts is what it is said to bear next; the flanks are told from the edge by
+    /// the way out, and what presses across counts as borne.
     #[test]
     fn bounds_follow_what_clay_bears() {
         let mut fit = BladeFit::default();
@@ -182,8 +182,8 @@ mod tests {
         assert!(out.edges[0].force > 0.9 * EDGE, "{out:?}");
     }
 
-    /// Nothing is learnt of a blade that is held, turns back, or goes where hardly anything is against it, and
-    /// nothing is kept of other clay.
+    /// Nothing is learnt of a blade that is held, turns back, or goes where hardly anything is against it,
+    /// and nothing is kept of other clay.
     #[test]
     fn frames_that_do_not_cut_say_nothing() {
         let mut fit = BladeFit::default();

@@ -1,21 +1,21 @@
 //! What clay bears of a flat blade at a frame's end; in cells, by the blade's frame.
 //!
 //! A particle of rest volume V, by z in front of the blade's plane and outside edge e by `s_e`, counts by the
-//! part `c = prod_e clamp(1/2 - 2 s_e, 0, 1)` of its width that is within the outline: layers of particles half
-//! a cell apart come in evenly. On either side
+//! part `c = prod_e clamp(1/2 - 2 s_e, 0, 1)` of its width that is within the outline: layers of particles
+//! half a cell apart come in evenly. On either side
 //!
 //! | number | what |
 //! |---|---|
 //! | area A | `sum V c` over `0 < abs z <= 1`: a layer of one cell |
-//! | its growth | `sum_e m_e L_e`, `L_e = sum V c_e` over `abs s_e < 1/2`, c_e that of the other edges |
+//! | its growth | `sum_e m_e L_e`, `L_e = sum V c_e` over `abs s_e < 1/2`, c_e of the other edges |
 //! | strength k | mean of the particles', by V c |
-//! | edge's length at whole clay | `L_e(a) = sum V c_e w(s_e - a, z)`, w the edge's the share that an edge gives clay |
+//! | edge's length ahead | `L_e(a) = sum V c_e w(s_e - a, z)` of whole clay, w the edge's share |
 //!
-//! A growth is the derivative of its area by the blade's place, over a cell: each edge brings in the clay that
-//! it comes to. Whole clay is what has no
-//! side of the blade's cut; the gap of an edge is the least a of which `L_e` is half its greatest, its length
-//! the mean over the cell beyond. Where that is none, it is how far the edge is drawn back from what clings to
-//! it, by the mean of their anchors. A blade that touches nothing has the areas that it comes to, less the way.
+//! A growth is the derivative of its area by the blade's place, over a cell: each edge brings in the clay
+//! that it comes to. Whole clay is what has no side of the blade's cut; the gap of an edge is the least a of
+//! which `L_e` is half its greatest, its length the mean over the cell beyond. Where that is none, it is how
+//! far the edge is drawn back from what clings to it, by the mean of their anchors. A blade that touches
+//! nothing has the areas that it comes to, less the way.
 
 use super::super::tool::{EDGE_REACH, edge_share};
 use super::super::touch::{BladeTouch, EdgeTouch};
@@ -133,8 +133,8 @@ impl About {
         self.flanks.map(|flank| flank.area.max(0.0) + 0.5 * edges)
     }
 
-    /// What clay of this toughness [J/m^2] bears in cells of this width \[m\]; none where no clay is near. What
-    /// does not `cling` slides along the flanks.
+    /// What clay of this toughness [J/m^2] bears in cells of this width \[m\]; none where no clay is near.
+    /// What does not `cling` slides along the flanks.
     pub(super) fn touch(&self, toughness: f64, cling: bool, cell: f64) -> Option<BladeTouch> {
         let mean = |of: &Strengths| (of.0 > 0.0).then(|| of.1.map(|sum| sum / of.0));
         let [strength, bearing] = self.strengths.iter().find_map(mean)?;

@@ -47,8 +47,8 @@ fn lattice(domain: &Domain, mut of: impl FnMut(Seen)) {
     }
 }
 
-/// What a tool meets whose origin is `above` the clay's face \[cells\], with a force \[N\] upwards; `strained`
-/// clay stands on its yield surface.
+/// What a tool meets whose origin is `above` the clay's face \[cells\], with a force \[N\] upwards;
+/// `strained` clay stands on its yield surface.
 fn touch(shape: ToolShape, above: f64, force: f64, strained: bool) -> ToolTouch {
     let domain = domain();
     let place = domain.to_world(middle(&domain) + DVec3::Y * above);
@@ -278,7 +278,7 @@ mod engines {
         }
     }
 
-    /// A knife that sticks goes a cell and a half into a block.
+    /// A knife that sticks goes two cells into a block, and half of it back.
     fn cut(integrator: Integrator) -> (Snapshot, FramePlan) {
         let asked = FrameOutputs { touch: true, ..FrameOutputs::NOTHING };
         let (snapshot, plan) = pressed(integrator, asked);
@@ -287,21 +287,23 @@ mod engines {
         let place =
             |y: f64| Pose { position: domain.to_world(middle(&domain) + DVec3::new(0.2, y, 0.1)), rotation: DQuat::IDENTITY };
         let mut knife = ToolPath::still(4, Tool { shape, contact: Contact::Stick }, place(4.1));
-        let steps = plan.steps * 4;
+        let steps = plan.steps * 6;
         let at = |time, y: f64| PoseSample { time, pose: place(y) };
-        knife.samples = vec![at(0.0, 4.1), at(plan.dt * f64::from(steps), 2.6)];
+        let end = plan.dt * f64::from(steps);
+        knife.samples = vec![at(0.0, 4.1), at(0.7 * end, 2.0), at(end, 3.0)];
         let material = ClayMaterial { toughness: 5.0, ..plan.material };
         (Snapshot { material, ..snapshot }, FramePlan { tools: vec![knife], steps, material, ..plan })
     }
 
-    /// What clay bears of a blade is the oracle's: its edge R L, its flanks 2 k A of the depth that it has cut.
+    /// What clay bears of a blade is the oracle's: its edge R L, its flanks 2 k A of the depth that it has
+    /// cut.
     #[test]
     fn native_blade_agrees_with_the_oracle() {
         let (snapshot, plan) = cut(Integrator::default());
         let (ours, theirs) = (run(&snapshot, &plan), Oracle::new(&snapshot).run(&plan));
         let [a, b] = [&ours.touches[0], &theirs.touches[0]];
         let [ours, theirs] = [a, b].map(|touch| touch.blade.as_ref().expect("a blade"));
-        assert!((a.normal - DVec3::Z).length() < 1e-12 && a.force.y > 0.0, "{a:?}");
+        assert!((a.normal - DVec3::Z).length() < 1e-12 && a.force.y < 0.0, "{a:?}");
         assert!((a.force - b.force).length() <= 1e-3 * b.force.length(), "{} {}", a.force, b.force);
         close(a.stiffness.z_axis.z, b.stiffness.z_axis.z, 1e-3);
         close(ours.flank, theirs.flank, 1e-3);
@@ -312,10 +314,9 @@ mod engines {
             assert!((ours.gap - theirs.gap).abs() < 1e-3 * CELL, "{} {}", ours.gap, theirs.gap);
             assert!((ours.force - theirs.force).abs() < 1e-3 * theirs.force.max(1e-3), "{} {}", ours.force, theirs.force);
         }
-        let [edge, depth] = [6.0 * CELL, 1.4 * CELL];
-        close(theirs.edges[0].force, 5.0 * edge, 0.1);
-        // It is so fast that it takes clay down with it.
-        assert!((0.5..1.0).contains(&(b.area / (2.0 * edge * depth))), "{}", b.area);
+        close(theirs.edges[0].force, 5.0 * 6.0 * CELL, 0.2);
+        // Its cut ends a cell below it, less the clay that so fast a knife takes along.
+        assert!((0.4..1.4).contains(&(theirs.edges[0].gap / CELL)), "{}", theirs.edges[0].gap);
         close(theirs.flank, plan.material.shear_strength() * b.area, 1e-9);
     }
 }

@@ -52,8 +52,8 @@ pub(super) struct Foot {
 }
 
 impl Outline {
-    /// Corners of a flat blade in its XY plane, anticlockwise, and how many there are; none of what is bent, a
-    /// plate or a wire.
+    /// Corners of a flat blade in its XY plane, anticlockwise, and how many there are; none of what is bent,
+    /// a plate or a wire.
     pub(crate) fn corners(&self) -> Option<([DVec2; 4], usize)> {
         match *self {
             Self::Rectangle { half_width: w, half_height: h } => {

@@ -93,8 +93,8 @@ fn mm(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z) * 1e-3
 }
 
-/// A knife that goes on bears R L of its edge and what its flanks bear, against its way; held, it stays; drawn
-/// back it is pulled by its flanks alone; in its own cut it bears no more, and beyond that R L again.
+/// A knife that goes on bears R L of its edge and what its flanks bear, against its way; held, it stays;
+/// drawn back it is pulled by its flanks alone; in its own cut it bears no more, and beyond that R L again.
 #[test]
 fn edge_bears_its_toughness_where_it_cuts() {
     for coupling in [RIGID, SPRING] {
