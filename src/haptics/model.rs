@@ -1,5 +1,6 @@
 //! What a clay frame says to the hand: its contact, of first order about the pose at which it was read.
 
+use crate::sim::touch::EdgeTouch;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Particles near the tool that a model holds, at most.
@@ -18,17 +19,6 @@ pub struct NearParticle {
 
 /// Edges that a flat blade has, at most.
 pub const EDGES_MAX: usize = 4;
-
-/// The clay ahead of an edge of a blade.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EdgeContact {
-    /// The edge's unit normal, outwards in the blade's plane, in the tool's own frame; zero of none.
-    pub outward: DVec3,
-    /// Way along that before it comes to clay that it has not cut \[m\]; 0 where it stands before such.
-    pub gap: f64,
-    /// Force against its advance, beyond which it cuts: toughness times length (Atkins 2009) \[N\].
-    pub force: f64,
-}
 
 /// What clay bears of a flat blade, whose plane is the XY plane of the tool's own frame, where the tool is as
 /// the frame ends. All of it yields by direction: `f = -sum_e t_e m_e + s + b n`, m_e the edges' outward
@@ -53,7 +43,7 @@ pub struct BladeContact {
     /// Their growth, as the flanks' \[N/m\].
     pub bearing_growth: [DVec3; 2],
     /// Its edges; what is over has no direction and no force.
-    pub edges: [EdgeContact; EDGES_MAX],
+    pub edges: [EdgeTouch; EDGES_MAX],
 }
 
 impl BladeContact {
@@ -62,7 +52,7 @@ impl BladeContact {
         Self {
             flank_growth: self.flank_growth / scale,
             bearing_growth: self.bearing_growth.map(|growth| growth / scale),
-            edges: self.edges.map(|edge| EdgeContact { gap: edge.gap * scale, ..edge }),
+            edges: self.edges.map(|edge| EdgeTouch { gap: edge.gap * scale, ..edge }),
             ..*self
         }
     }
@@ -162,7 +152,7 @@ mod tests {
     /// In a frame of lengths three times as great a blade bears what it bore at the same place.
     #[test]
     fn scaled_blade_bears_the_same_at_the_same_place() {
-        let edge = EdgeContact { outward: DVec3::NEG_Y, gap: 2e-3, force: 0.1 };
+        let edge = EdgeTouch { outward: DVec3::NEG_Y, gap: 2e-3, force: 0.1 };
         let blade = BladeContact {
             flank: 0.2,
             flank_growth: DVec3::NEG_Y * 40.0,

@@ -25,7 +25,8 @@ pub struct EdgeTouch {
     pub outward: DVec3,
     /// Way along that before it comes to clay that it has not cut \[m\]; 0 where it stands before such.
     pub gap: f64,
-    /// Force against its advance there: the clay's toughness times the length that meets whole clay \[N\].
+    /// Force against its advance there: the clay's toughness times the length that meets whole clay \[N\]
+    /// (Atkins 2009).
     pub force: f64,
 }
 

@@ -7,7 +7,8 @@
 //! negative, and the edge bears nothing in its own cut. All bounds hold the force of none: whatever they are,
 //! no cycle of the hand gains energy of them.
 
-use crate::haptics::model::{BladeContact, ContactModel, EDGES_MAX, EdgeContact};
+use crate::haptics::model::{BladeContact, ContactModel, EDGES_MAX};
+use crate::sim::touch::EdgeTouch;
 use glam::{DQuat, DVec3};
 
 /// Sweeps over the edges to the nearest force that they bear: of right angles one is exact, a point of 40
@@ -50,7 +51,7 @@ pub(super) struct Held {
 impl BladeLimit {
     /// Of a frame, with the tool at `place` as it ends, of clay of this stiffness in the plane \[N/m\].
     pub(super) fn new(blade: &BladeContact, model: &ContactModel, place: DVec3, stiffness: f64) -> Self {
-        let edge = |of: &EdgeContact| {
+        let edge = |of: &EdgeTouch| {
             let lead = if of.gap > 0.0 { -of.gap } else { of.force / stiffness };
             Edge { outward: of.outward, lead, force: of.force }
         };

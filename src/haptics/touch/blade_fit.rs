@@ -131,9 +131,7 @@ fn contact(touch: &BladeTouch) -> BladeContact {
         bearing_growth: touch.bearing_growth,
         ..BladeContact::default()
     };
-    for (to, from) in contact.edges.iter_mut().zip(&touch.edges) {
-        (to.outward, to.gap, to.force) = (from.outward, from.gap, from.force);
-    }
+    contact.edges.iter_mut().zip(&touch.edges).for_each(|(to, from)| *to = *from);
     contact
 }
 

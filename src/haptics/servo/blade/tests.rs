@@ -18,7 +18,7 @@ const STIFFNESS: [f64; 2] = [7000.0, 5000.0];
 
 /// A knife in clay, its edge at -Y `gap` \[m\] before whole clay.
 fn knife(gap: f64, flank: f64) -> ContactModel {
-    let edge = |outward, gap, force| EdgeContact { outward, gap, force };
+    let edge = |outward, gap, force| EdgeTouch { outward, gap, force };
     let sides = [DVec3::X, DVec3::Y, DVec3::NEG_X].map(|m| edge(m, 0.0, if m == DVec3::Y { 0.0 } else { SIDE }));
     let blade = BladeContact {
         flank,
