@@ -34,7 +34,9 @@ fn fall(inertia: InertiaScaling, duration: f64) -> Fall {
     let mut engine = lab::engine(0);
     engine.load(&clay).expect("the clay loads");
     let mut planner = Planner::new(&clay);
-    planner.policy = Policy { inertia, outputs: FrameOutputs { state: true, ..FrameOutputs::default() }, ..Policy::default() };
+    let outputs = FrameOutputs { state: true, ..FrameOutputs::default() };
+    let integrator = if lab::is_gpu() { IntegratorChoice::Explicit } else { IntegratorChoice::Auto };
+    planner.policy = Policy { inertia, outputs, integrator, ..Policy::default() };
     let gravity = planner.policy.gravity;
     let radius = 4.0;
     let at = DVec3::new(6.0, 5.0 + radius, 6.0);
