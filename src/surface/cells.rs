@@ -1,14 +1,21 @@
 //! Some cells with their surroundings, a block's or one alone: who owns the nodes, which sheets end where,
 //! what is on the edges.
 
+mod normals;
+
 use super::bodies::BodyField;
-use super::field::{Field, SheetField};
+use super::closure::with_others;
+use super::field::Field;
 use super::grid::{BLOCK, BlockGrid, NodeValues, neighbours};
 use super::labels::{Bodies, CutMethod, Label, NOBODY, Rules};
+use super::sheets::SheetField;
 use glam::{DVec3, IVec3};
 
 /// First node of a tile, relative to its first cell.
-const FIRST: i32 = -1;
+const FIRST: i32 = -1 - HOLD as i32;
+/// How far a node that is inside by others' clay may be from one that is so by its part's own \[nodes, along
+/// axes\].
+pub(crate) const HOLD: usize = 2;
 /// Crossings stay this far from the nodes, in parts of the edge: no triangle degenerates where a node's value
 /// is the threshold.
 pub(crate) const CROSSING_MIN: f64 = 1e-3;
@@ -32,18 +39,21 @@ struct SheetTile {
 }
 
 /// The tile of a block of 8^3 cells.
-pub(crate) type BlockTile = CellTile<{ BLOCK as usize + 3 }>;
+pub(crate) type BlockTile = CellTile<{ BLOCK as usize + 3 + 2 * HOLD }>;
 /// The tile of one cell.
-pub(crate) type OneCellTile = CellTile<4>;
+pub(crate) type OneCellTile = CellTile<{ 4 + 2 * HOLD }>;
 
 /// Node values around cells and what follows from them, `NODES` along each edge: a block's cells need 9
-/// nodes; what ends at an edge, and slopes, need one more on every side.
+/// nodes; what ends at an edge, and slopes, need one more on every side, and what holds these [`HOLD`] more.
 pub(crate) struct CellTile<const NODES: usize> {
     rules: Rules,
     iso: f32,
     total: Vec<f32>,
-    /// Own values; meant only where there are sheets.
+    /// k of each node; meant, as what follows, only where there are sheets or several bodies.
+    closure: Vec<f32>,
+    /// Own values, and what they are of a side's clay alone.
     own: Vec<f32>,
+    alone: Vec<f32>,
     labels: Vec<Label>,
     /// Bodies of the cell with this low node.
     bodies: Vec<Bodies>,
@@ -93,7 +103,9 @@ impl<const NODES: usize> CellTile<NODES> {
             rules,
             iso,
             total: vec![0.0; Self::NODE_COUNT],
+            closure: vec![0.0; Self::NODE_COUNT],
             own: vec![0.0; Self::NODE_COUNT],
+            alone: vec![0.0; Self::NODE_COUNT],
             labels: vec![Label::default(); Self::NODE_COUNT],
             bodies: vec![Bodies::WHOLE; Self::NODE_COUNT],
             near_bodies: Vec::new(),
@@ -116,9 +128,14 @@ impl<const NODES: usize> CellTile<NODES> {
         if self.is_plain() {
             return self.total.iter().any(|&f| f <= self.iso);
         }
+        // To Equation 9 a side is its own clay alone.
+        if self.rules.method == CutMethod::TwoSided {
+            field.closure.load(&field.grid, block, at.1, NODES as i32, &mut self.closure);
+        }
         for node in 0..Self::NODE_COUNT {
             self.label_node(node);
         }
+        self.open_loose_nodes();
         self.find_bodies();
         true
     }
@@ -172,6 +189,11 @@ impl<const NODES: usize> CellTile<NODES> {
         self.body(body).map_or(&self.total, |tile| &tile.values)
     }
 
+    /// A body's clay at a node, and what counts of the others'.
+    fn whole_closed(&self, node: usize, body: u32) -> f32 {
+        with_others(self.whole(body)[node], self.total[node], self.closure[node])
+    }
+
     /// Rule 0.
     fn body_at(&self, node: usize) -> u32 {
         let tiles = &self.near_bodies[..self.body_count];
@@ -194,13 +216,14 @@ impl<const NODES: usize> CellTile<NODES> {
                 side => least = least.min(self.value_on(sheet, node, side)),
             }
         }
-        let (mut label, mut own) = (Label::of_body(body), total);
+        let (mut label, mut own, mut alone) = (Label::of_body(body), self.whole_closed(node, body), total);
         for sheet in sheets.filter(|_| is_near) {
             let side = owner(least, sheet);
             if side != 0 && label.push(sheet.sheet, side) {
-                let value = self.value_on(sheet, node, side);
                 // The product alone, but without its rounding where the other side has no clay.
-                own *= if value == total { 1.0 } else { value / total };
+                let share = |value: f32| if value == total { 1.0 } else { value / total };
+                own *= share(self.value_closed(sheet, node, side));
+                alone *= share(self.value_on(sheet, node, side));
             }
         }
         // To Equation 9 a cut makes values, and parts nothing.
@@ -211,23 +234,57 @@ impl<const NODES: usize> CellTile<NODES> {
             label.set_inside();
         }
         self.labels[node] = label;
-        self.own[node] = own;
+        (self.own[node], self.alone[node]) = (own, alone);
     }
 
+    /// The last of rule 3: nodes inside by others' clay, farther than [`HOLD`] from such by their own.
+    fn open_loose_nodes(&mut self) {
+        let inside = |n: usize| self.alone[n] > self.iso;
+        let mut held: Vec<bool> = (0..Self::NODE_COUNT).map(inside).collect();
+        for _ in 0..HOLD {
+            let is_beside = |node: usize| {
+                let beside = Self::STEPS.into_iter().flat_map(|step| [node - step, node + step]);
+                self.labels[node].is_inside()
+                    && beside.into_iter().any(|n| held[n] && self.labels[n].has_owners_of(self.labels[node]))
+            };
+            let more: Vec<usize> = Self::nodes_from(1).filter(|node| !held[*node] && is_beside(*node)).collect();
+            more.into_iter().for_each(|node| held[node] = true);
+        }
+        for node in Self::nodes_from(HOLD) {
+            if held[node] || !self.labels[node].is_inside() {
+                continue;
+            }
+            self.labels[node].set_outside();
+            (self.closure[node], self.own[node]) = (0.0, self.alone[node]);
+        }
+    }
+
+    /// The tile's nodes, but for so many at its sides.
+    fn nodes_from(first: usize) -> impl Iterator<Item = usize> {
+        let range = move || first..NODES - first;
+        range().flat_map(move |z| range().flat_map(move |y| range().map(move |x| Self::node_index([x, y, z]))))
+    }
+
+    /// Of a side's clay alone.
     fn value_on(&self, sheet: &SheetTile, node: usize, side: i8) -> f32 {
         let (front, back) = (sheet.front[node], sheet.back[node]);
         self.rules.side_value(self.whole(sheet.body)[node], front + back, if side > 0 { back } else { front })
     }
 
+    /// And of what counts of the other's.
+    fn value_closed(&self, sheet: &SheetTile, node: usize, side: i8) -> f32 {
+        with_others(self.value_on(sheet, node, side), self.whole(sheet.body)[node], self.closure[node])
+    }
+
     /// Value of a side of a body's sheet at a node, whoever owns the node.
     fn side_value(&self, node: usize, (body, sheet): (u32, u8), side: i8) -> f32 {
-        self.sheet(body, sheet).map_or_else(|| self.whole(body)[node], |tile| self.value_on(tile, node, side))
+        self.sheet(body, sheet).map_or_else(|| self.whole(body)[node], |tile| self.value_closed(tile, node, side))
     }
 
     /// Least value at a node of the sides that `label` names, and of its body.
     fn value_seen(&self, node: usize, label: Label) -> f32 {
         let value = |(sheet, side)| self.side_value(node, (label.body, sheet), side);
-        label.owners().map(value).fold(self.whole(label.body)[node], f32::min)
+        label.owners().map(value).fold(self.whole_closed(node, label.body), f32::min)
     }
 
     /// [`Self::value_seen`], but for sheets that part the label from `across`, which is of the same body.
@@ -235,7 +292,7 @@ impl<const NODES: usize> CellTile<NODES> {
         let is_parting = |sheet: u8| label.parting(across).any(|s| s == sheet);
         let sides = label.owners().filter(|o| !is_parting(o.0));
         let value = |(sheet, side)| self.side_value(node, (label.body, sheet), side);
-        sides.map(value).fold(self.whole(label.body)[node], f32::min)
+        sides.map(value).fold(self.whole_closed(node, label.body), f32::min)
     }
 
     fn sheet(&self, body: u32, sheet: u8) -> Option<&SheetTile> {
@@ -264,7 +321,7 @@ impl<const NODES: usize> CellTile<NODES> {
 
     /// The low nodes of the cells, x fastest.
     pub(crate) fn cells() -> impl Iterator<Item = usize> {
-        let range = || 1..NODES - 2;
+        let range = || 1 + HOLD..NODES - 2 - HOLD;
         range().flat_map(move |z| range().flat_map(move |y| range().map(move |x| Self::node_index([x, y, z]))))
     }
 
@@ -322,8 +379,8 @@ impl<const NODES: usize> CellTile<NODES> {
     /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean
     ///   of several, or to where two bodies have as much clay. They coincide, until the clay opens by more
     ///   than the edge.
-    /// - A lip whose other end is outside: where a value of the kept side is the threshold, of all the
-    ///   nearest to the kept end.
+    /// - A lip whose other end is outside: where a value of the kept side is the threshold, or the sheet, of
+    ///   all the nearest to the kept end.
     pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
         let high = low + Self::STEPS[axis];
         let t = if self.is_plain() {
@@ -376,53 +433,21 @@ impl<const NODES: usize> CellTile<NODES> {
         }
         if label.is_of_other_body(across) {
             let (a, b) = (self.value_seen(kept, label), self.value_seen(other, label));
-            return if b <= self.iso { self.crossing_of(a, b) } else { self.body_crossing(kept, other) };
+            let face = self.body_crossing(kept, other);
+            return if b <= self.iso { face.min(self.crossing_of(a, b)) } else { face };
         }
         let mut nearest = 1.0f64;
         for sheet in label.parting(across) {
             let side = label.owners().find(|o| o.0 == sheet).map_or(0, |o| o.1);
             let sheet = (label.body, sheet);
             let (a, b) = (self.side_value(kept, sheet, side), self.side_value(other, sheet, side));
-            let is_free = a > self.iso && b <= self.iso;
-            nearest = nearest.min(if is_free { self.crossing_of(a, b) } else { self.sheet_crossing(sheet, kept, other) });
+            nearest = nearest.min(self.sheet_crossing(sheet, kept, other));
+            if a > self.iso && b <= self.iso {
+                nearest = nearest.min(self.crossing_of(a, b));
+            }
         }
         let (a, b) = (self.value_beside(kept, label, across), self.value_beside(other, across, label));
         if a > self.iso && b <= self.iso { nearest.min(self.crossing_of(a, b)) } else { nearest }
-    }
-
-    /// Outward normal of a vertex, not normalised: minus the slope of the field that the kept end sees, at
-    /// the vertex.
-    ///
-    /// The slope at a node is the central difference, with (1 2 1)/4 across: wider than the field itself
-    /// needs, for the sake of shading, which shows the particles' disorder long before the surface's place
-    /// does.
-    pub(crate) fn normal(&self, low: usize, axis: usize, variant: usize, t: f64) -> glam::Vec3 {
-        let high = low + Self::STEPS[axis];
-        let label = if self.is_plain() {
-            Label::default()
-        } else if variant == 1 || (variant == 0 && self.is_inside(low)) {
-            self.labels[low]
-        } else {
-            self.labels[high]
-        };
-        let t = t as f32;
-        -(self.slope(low, label) * (1.0 - t) + self.slope(high, label) * t)
-    }
-
-    fn slope(&self, node: usize, label: Label) -> glam::Vec3 {
-        if self.is_plain() {
-            return Self::slope_of(node, |n| self.total[n]);
-        }
-        if self.rules.method == CutMethod::Equation9 {
-            return Self::slope_of(node, |n| self.own[n]);
-        }
-        let mut owners = label.owners().filter_map(|(sheet, side)| Some((self.sheet(label.body, sheet)?, side)));
-        let whole = self.whole(label.body);
-        let Some((first, side)) = owners.next() else { return Self::slope_of(node, |n| whole[n]) };
-        let rest: Vec<_> = owners.collect();
-        let value =
-            |n: usize| rest.iter().fold(self.value_on(first, n, side), |least, (s, side)| least.min(self.value_on(s, n, *side)));
-        Self::slope_of(node, value)
     }
 
     /// Position of a tile node relative to the first cell \[nodes\].
@@ -438,26 +463,6 @@ impl<const NODES: usize> CellTile<NODES> {
     pub(crate) fn corner(cell: usize, i: u8) -> usize {
         let i = usize::from(i);
         cell + (i & 1) * Self::STEPS[0] + (i >> 1 & 1) * Self::STEPS[1] + (i >> 2 & 1) * Self::STEPS[2]
-    }
-
-    /// Slope of node values per node spacing: central differences, smoothed across.
-    fn slope_of(node: usize, value: impl Fn(usize) -> f32) -> glam::Vec3 {
-        const ACROSS: [f32; 3] = [0.25, 0.5, 0.25];
-        let [_, along_y, along_z] = Self::STEPS;
-        let first = node - 1 - along_y - along_z;
-        let mut sum = [0.0f32; 3];
-        for (z, wz) in ACROSS.iter().enumerate() {
-            for (y, wy) in ACROSS.iter().enumerate() {
-                for (x, wx) in ACROSS.iter().enumerate() {
-                    let v = value(first + x + y * along_y + z * along_z);
-                    let ahead = |i: usize| i as f32 - 1.0;
-                    sum[0] += ahead(x) * wy * wz * v;
-                    sum[1] += ahead(y) * wx * wz * v;
-                    sum[2] += ahead(z) * wx * wy * v;
-                }
-            }
-        }
-        glam::Vec3::from_array(sum) * 0.5
     }
 }
 

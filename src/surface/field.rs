@@ -16,16 +16,16 @@
 //! together, exactly.
 
 use super::bodies::{BodyField, body_fields};
+use super::closure::Closure;
 use super::clusters::{GRAIN_FIELD, free_grains};
 use super::grid::{BLOCK, BLOCK_NODES, BlockGrid, NodeValues, neighbours};
 use super::labels::CutMethod;
 use super::scatter::{Bins, Part};
-use crate::sim::cut::JOINT_SHEET;
+use super::sheets::{SheetField, parts_at_cuts};
 use crate::sim::frame::{SurfaceParticle, SurfaceSource};
 use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Spacing of the visual grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -133,33 +133,12 @@ pub struct Field {
     pub(crate) bodies: Vec<BodyField>,
     /// The cuts with clay on both sides, by body and sheet number.
     pub(crate) sheets: Vec<SheetField>,
+    /// How closed they are.
+    pub(crate) closure: Closure,
     /// World position of node 0 \[m\].
     pub(crate) origin: DVec3,
     /// Distance of nodes \[m\].
     pub(crate) spacing: f64,
-}
-
-/// The clay at one cut.
-#[derive(Clone, Debug)]
-pub(crate) struct SheetField {
-    /// The body that it cuts.
-    pub(crate) body: u32,
-    /// Sheet number, from 1.
-    pub(crate) sheet: u8,
-    /// P: clay in front.
-    pub(crate) front: NodeValues,
-    /// M: clay behind.
-    pub(crate) back: NodeValues,
-}
-
-/// The cuts at which a particle stands, and its side of each (1 front, -1 back).
-pub(crate) fn tags(particle: &SurfaceParticle) -> impl Iterator<Item = (u8, i8)> {
-    let [a, b, c, d] = particle.tags.to_le_bytes();
-    // The size of a side is a counter of the engine's.
-    let tags = [(a, b.cast_signed().signum()), (c, d.cast_signed().signum())];
-    let is_side = move |k: usize| tags[k].0 != 0 && tags[k].0 != JOINT_SHEET && tags[k].1 != 0;
-    let is_tag = move |k: &usize| is_side(*k) && (*k == 0 || tags[1].0 != tags[0].0 || tags[0].1 == 0);
-    (0..2).filter(is_tag).map(move |k| tags[k])
 }
 
 impl Field {
@@ -207,11 +186,15 @@ impl Field {
             let [front, back] = [scattered(&front), scattered(&back)];
             SheetField { body, sheet, front, back }
         };
-        let sheets = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
+        let sheets: Vec<_> = parts_at_cuts(particles, &bins).into_iter().map(sheet).collect();
         let bodies = body_fields(particles, &bins, lattice.reach(), |part, is_stored| {
             filter.apply_in(&bins.grid, &bins.scatter(part, &weights), is_stored)
         });
-        let field = Self { grid: bins.grid, total, bodies, sheets, origin: domain.origin, spacing };
+        let closure = match settings.tier {
+            Tier::Fine => Closure::new(&bins.grid, &total, &bodies, &sheets),
+            Tier::Coarse => Closure::default(),
+        };
+        let field = Self { grid: bins.grid, total, bodies, sheets, closure, origin: domain.origin, spacing };
         if !finds_grains {
             return (field, Vec::new());
         }
@@ -332,8 +315,10 @@ impl Field {
         let number = |i: usize| u8::try_from(i + 1).expect("sheets are numbered from 1 to 255");
         let sheet =
             |(i, (p, m)): (usize, (&[f32], &[f32]))| SheetField { body: 0, sheet: number(i), front: fill(p), back: fill(m) };
-        let sheets = sides.into_iter().enumerate().map(sheet).collect();
-        Self { total: fill(total), bodies: Vec::new(), sheets, grid, origin: DVec3::ZERO, spacing: 1.0 }
+        let sheets: Vec<_> = sides.into_iter().enumerate().map(sheet).collect();
+        let total = fill(total);
+        let closure = Closure::new(&grid, &total, &[], &sheets);
+        Self { total, bodies: Vec::new(), sheets, closure, grid, origin: DVec3::ZERO, spacing: 1.0 }
     }
 
     /// Low and high corner \[m\] of the box of the nodes where f is above `threshold`, and a node more on every
@@ -367,23 +352,6 @@ fn node_in_block(i: usize) -> IVec3 {
 /// The box of two boxes.
 fn joined(a: (IVec3, IVec3), b: (IVec3, IVec3)) -> (IVec3, IVec3) {
     (a.0.min(b.0), a.1.max(b.1))
-}
-
-/// The particles in front of and behind each cut that has both, by the body that it cuts and sheet number.
-fn parts_at_cuts(particles: &[SurfaceParticle], bins: &Bins) -> BTreeMap<(u32, u8), [Part; 2]> {
-    let mut parts: BTreeMap<(u32, u8), [Part; 2]> = BTreeMap::new();
-    if particles.iter().all(|p| p.tags == 0) {
-        return parts;
-    }
-    for (bin, &p) in bins.particles_by_bin() {
-        let particle = &particles[p as usize];
-        if particle.tags != 0 {
-            let mut add = |(sheet, side)| parts.entry((particle.body, sheet)).or_default()[usize::from(side < 0)].push(bin, p);
-            tags(particle).for_each(&mut add);
-        }
-    }
-    parts.retain(|_, [front, back]| !front.is_empty() && !back.is_empty());
-    parts
 }
 
 /// Clay around each particle, on the cell grid; 0 for those left out.

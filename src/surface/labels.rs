@@ -17,9 +17,13 @@
 //!    of the clay that stands at the cut, and b(c) the smoothstep from c = 1/2 to 1. Where the tags end the
 //!    sides share all clay, one cell behind the crack front each has its own alone: so the lips close
 //!    smoothly.
-//! 3. **Own value**: f times v / f for each of the node's sides' values v. **Inside**: own value above the
-//!    threshold. A product, and not the least of them: where cuts cross, the edges of the pieces are blunt
-//!    then. Sharp ones come apart into crumbs on the grid (in 41 of 400 crossings; none with the product).
+//! 3. **Own value**: f times v / f for each of the node's sides' values v. A product, and not the least of
+//!    them: where cuts cross, the edges of the pieces are blunt then. Sharp ones come apart into crumbs on
+//!    the grid (in 41 of 400 crossings; none with the product). In f and in v count what others have there,
+//!    as far as they are closed (`closure`), so that rims keep their volume. **Inside**: own value above the
+//!    threshold; if it is so by the others' clay alone, only beside a node (of six) of the same body and
+//!    sides that is so by its own, or beside one that stands beside such a node: what is looser at the end of
+//!    an overhang comes apart into crumbs and handles.
 //! 4. **Two nodes are parted** if they are of different bodies, or if a sheet owns them from opposite sides.
 //!    In a cell, inside nodes that are not parted are of one body of the cell (`Bodies`, not to be taken
 //!    for those of the clay), and so are those that they join: where untouched clay stands beside both
@@ -31,8 +35,9 @@
 //!    are welded at the crack front.
 //! 7. **Place of a vertex**: see `CellTile::crossing`. **Caps**: see `caps.rs`.
 //!
-//! Rules 0 to 3 look at one node, 4 and 5 at one cell, 6 at the cells of one edge: blocks that have these in
-//! common see them alike, whatever else they hold, and so their meshes agree on their faces.
+//! Rules 0 to 2 look at one node, 3 at those about it, 4 and 5 at one cell, 6 at the cells of one edge:
+//! blocks that have these in common see them alike, whatever else they hold, and so their meshes agree on
+//! their faces.
 
 use serde::{Deserialize, Serialize};
 
@@ -130,6 +135,10 @@ impl Label {
 
     pub(crate) fn set_inside(&mut self) {
         self.word |= 1;
+    }
+
+    pub(crate) fn set_outside(&mut self) {
+        self.word &= !1;
     }
 
     pub(crate) fn is_inside(self) -> bool {

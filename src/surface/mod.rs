@@ -41,6 +41,7 @@ mod bodies;
 mod caps;
 mod cells;
 pub mod check;
+mod closure;
 mod clusters;
 pub mod extract;
 pub mod field;
@@ -53,6 +54,7 @@ pub mod mesh;
 pub mod oracle;
 pub mod ray;
 mod scatter;
+pub(crate) mod sheets;
 pub mod stitch;
 
 /// What most programs need.

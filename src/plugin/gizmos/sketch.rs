@@ -2,7 +2,7 @@
 
 use crate::sim::frame::SurfaceSource;
 use crate::sim::params::BLOCK;
-use crate::surface::field::tags;
+use crate::surface::sheets::tags;
 use bevy::prelude::*;
 use glam::{DVec3, IVec3};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,6 @@
 //! Buffers of one clay's surface, by what they hold, and what is bound where.
 
-use super::layout::{BODIES_MAX, PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, Work};
+use super::layout::{BODIES_MAX, PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, Work, cell_words};
 use super::wgsl::{SCAN_CHUNK, case_words};
 use crate::sim::gpu::label::label;
 use crate::sim::gpu::{GpuError, check};
@@ -103,7 +103,7 @@ impl Buffers {
     ) -> Result<Self, GpuError> {
         let planes = u64::from(1 + 2 * room.sheets);
         let field_bytes = (u64::from(room.blocks) * planes + u64::from(room.pages)) * BLOCK_BYTES;
-        let cell_bytes = 4 * u64::from(room.blocks) * (4 * 512 + 2 + 2 * u64::from(room.bodies));
+        let cell_bytes = 4 * u64::from(room.blocks) * u64::from(cell_words(room.bodies));
         let limits = device.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         let fits = Some(format!("{} blocks of 8^3 nodes with {} cuts", most / (planes * BLOCK_BYTES), room.sheets));

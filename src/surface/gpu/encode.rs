@@ -126,6 +126,8 @@ impl GpuSurface {
     fn encode_from_fields(&self, encoder: &mut wgpu::CommandEncoder, particles: Option<&wgpu::Buffer>, target: &MeshTarget<'_>) {
         let (visual, by_block, once) = (Level::Visual, Groups::Indirect(8), Groups::Indirect(12));
         let counts = [
+            (Id::Take, visual, by_block),
+            (Id::Closure, visual, by_block),
             (Id::Label, visual, by_block),
             (Id::Bodies, visual, by_block),
             (Id::Count, visual, by_block),

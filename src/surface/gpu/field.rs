@@ -1,9 +1,11 @@
 //! Fields to and from the device, for tests that compare it with the processor.
 
 use super::super::bodies::BodyField;
-use super::super::field::{Field, SheetField};
+use super::super::closure::Closure;
+use super::super::field::Field;
 use super::super::grid::{BLOCK_NODES, BlockGrid, NodeValues};
-use super::layout::SurfaceStatus;
+use super::super::sheets::SheetField;
+use super::layout::{LIST_FIRST, SurfaceStatus, cell_words};
 use super::surface::GpuSurface;
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec3};
@@ -91,23 +93,21 @@ impl GpuSurface {
             let (body, sheet) = (status.sheets[s] >> 8, status.sheets[s] as u8);
             SheetField { body, sheet, front: plane(2 * s + 1), back: plane(2 * s + 2) }
         };
-        Field {
-            grid,
-            total: plane(0),
-            bodies,
-            sheets: (0..status.sheet_count as usize).map(sheet).collect(),
-            origin: DVec3::from_array(self.params[1].origin.map(f64::from)),
-            spacing: f64::from(self.params[1].spacing),
-        }
+        let total = plane(0);
+        let sheets: Vec<_> = (0..status.sheet_count as usize).map(sheet).collect();
+        let is_fine = self.params[1].scale > 1.0;
+        let closure = if is_fine { Closure::new(&grid, &total, &bodies, &sheets) } else { Closure::default() };
+        let origin = DVec3::from_array(self.params[1].origin.map(f64::from));
+        Field { grid, total, bodies, sheets, closure, origin, spacing: f64::from(self.params[1].spacing) }
     }
 
     /// The bodies near the slots of some blocks.
     fn bodies_of(&self, slots: &[usize], cells: &[u32], values: &[u32]) -> Vec<BodyField> {
         let room = self.room;
-        let each = 4 * BLOCK_NODES + 2 + 2 * room.bodies as usize;
+        let each = cell_words(room.bodies) as usize;
         // First page and numbers.
         let list = |slot: usize| {
-            let list = &cells[slot * each + 4 * BLOCK_NODES..];
+            let list = &cells[slot * each + LIST_FIRST as usize..];
             (list[0] as usize, &list[2..][..list[1] as usize])
         };
         let numbers: BTreeSet<u32> = slots.iter().flat_map(|slot| list(*slot).1).copied().collect();

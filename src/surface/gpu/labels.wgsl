@@ -14,6 +14,11 @@ fn side_value(total: f32, at_cut: f32, other: f32) -> f32 {
     return total - x * x * (3.0 - 2.0 * x) * other;
 }
 
+// See closure.rs.
+fn with_others(own: f32, total: f32, closure: f32) -> f32 {
+    return own + closure * (total - own);
+}
+
 // Labels: bit 0 inside; then for each cut, by sheet number, 9 bits: side (front 1), sheet.
 fn label_word(label: u32, k: u32) -> u32 {
     return (label >> (1u + 9u * k)) & 511u;

@@ -1,6 +1,7 @@
 //! The structs that host and device share.
 
 use super::super::balls::Ball;
+use super::super::closure::CLOSURE_CELLS;
 use crate::sim::gpu::layout::twins;
 
 /// Words of a vertex.
@@ -12,6 +13,16 @@ pub(super) const SHEETS_MAX: usize = 64;
 pub(super) const PAIRS_MAX: u32 = 1024;
 /// Most bodies near one block.
 pub(super) const BODIES_MAX: u32 = 256;
+
+/// Words of a block's cells, its 512 nodes' sections first: labels, own values, bodies of cells, bodies, k.
+/// Then what stands at faces, by cells of 2^3 nodes; then the list of the bodies near.
+pub(super) const CLOSURE_FIRST: u32 = 5 * 512;
+pub(super) const LIST_FIRST: u32 = CLOSURE_FIRST + CLOSURE_CELLS as u32;
+
+/// Words of a block's cells with room for so many bodies near it.
+pub(super) fn cell_words(bodies: u32) -> u32 {
+    LIST_FIRST + 2 + 2 * bodies
+}
 
 /// Bits of [`SurfaceStatus::flags`].
 pub mod flag {

@@ -2,15 +2,14 @@
 // page, how many they are, their numbers in order; room for those found in this run. Where several are near,
 // each has a page: 512 values behind the planes of all slots. Clay of one body in all has no lists.
 
-const LIST: u32 = 2048u; // behind labels, own values, bodies of cells, bodies of 512 nodes
 const NOBODY: u32 = 0xffffffffu;
 
 fn cells_first(slot: u32) -> u32 {
-    return slot * (LIST + 2u + 2u * params.body_capacity);
+    return slot * (LIST_FIRST + 2u + 2u * params.body_capacity);
 }
 
 fn list_first(slot: u32) -> u32 {
-    return cells_first(slot) + LIST;
+    return cells_first(slot) + LIST_FIRST;
 }
 
 fn plane_first(slot: u32, plane: u32) -> u32 {

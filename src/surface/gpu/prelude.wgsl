@@ -25,6 +25,11 @@ fn plane_count() -> u32 {
     return 1u + 2u * min(status.sheet_count, params.sheet_capacity);
 }
 
+// Whether cuts or bodies part the clay.
+fn has_parts() -> bool {
+    return status.sheet_count != 0u || status.has_bodies != 0u;
+}
+
 fn planes_stored() -> u32 {
     return 1u + 2u * params.sheet_capacity;
 }

@@ -32,6 +32,11 @@ fn body_at(node: vec3i) -> u32 {
     return cell_word(node, 3u);
 }
 
+// See closure.rs.
+fn closure_at(node: vec3i) -> f32 {
+    return bitcast<f32>(cell_word(node, 4u));
+}
+
 // 3 bits per corner: the first corner of its body of the cell.
 fn bodies_at(cell: vec3i) -> u32 {
     return cell_word(cell, 2u);

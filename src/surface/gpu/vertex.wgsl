@@ -28,18 +28,39 @@ fn sheet_number(body: u32, sheet: u32) -> u32 {
     return 0u;
 }
 
-// Value of the side that a label's word names, at a node, whoever owns it.
-fn value_of_side(node: vec3i, body: u32, word: u32) -> f32 {
+// A body's clay at a node, and what counts of the others'.
+fn whole_closed(node: vec3i, body: u32) -> f32 {
+    return with_others(whole_at(node, body), field_at(node, 0u), closure_at(node));
+}
+
+// Value of the side that a label's word names, at a node, whoever owns it: of its clay alone.
+fn value_on(node: vec3i, body: u32, word: u32) -> f32 {
     let s = sheet_number(body, word >> 1u);
     let front = field_at(node, 2u * s + 1u);
     let back = field_at(node, 2u * s + 2u);
     return side_value(whole_at(node, body), front + back, select(front, back, (word & 1u) == 1u));
 }
 
+// And of what counts of the other's.
+fn value_of_side(node: vec3i, body: u32, word: u32) -> f32 {
+    return with_others(value_on(node, body, word), whole_at(node, body), closure_at(node));
+}
+
+// Least value at a node of the sides that `label` names, and of its body, of their clay alone.
+fn value_alone(node: vec3i, body: u32, label: u32) -> f32 {
+    var least = whole_at(node, body);
+    for (var i = 0u; i < CUTS_MAX; i++) {
+        let word = label_word(label, i);
+        if word == 0u { break; }
+        least = min(least, value_on(node, body, word));
+    }
+    return least;
+}
+
 // Least value at a node of the sides that `label` names, but for sheets that part it from `across`, and of
 // its body.
 fn value_beside(node: vec3i, body: u32, label: u32, across: u32) -> f32 {
-    var least = whole_at(node, body);
+    var least = whole_closed(node, body);
     for (var i = 0u; i < CUTS_MAX; i++) {
         let word = label_word(label, i);
         if word == 0u { break; }
@@ -101,8 +122,8 @@ fn lip_crossing(kept: vec3i, other: vec3i) -> f32 {
     if are_of_two(body, body_at(other)) {
         let a = value_beside(kept, body, label, 0u);
         let b = value_beside(other, body, label, 0u);
-        if b <= params.iso { return crossing_of(a, b); }
-        return body_crossing(kept, other);
+        let face = body_crossing(kept, other);
+        return select(face, min(face, crossing_of(a, b)), b <= params.iso);
     }
     if !is_parted(label, across) { return crossing_of(own_at(kept), own_at(other)); }
     var nearest = 1.0;
@@ -111,11 +132,8 @@ fn lip_crossing(kept: vec3i, other: vec3i) -> f32 {
         if word == 0u || !has_word(across, word ^ 1u) { continue; }
         let a = value_of_side(kept, body, word);
         let b = value_of_side(other, body, word);
-        if a > params.iso && b <= params.iso {
-            nearest = min(nearest, crossing_of(a, b));
-        } else {
-            nearest = min(nearest, sheet_crossing(body, word, kept, other));
-        }
+        nearest = min(nearest, sheet_crossing(body, word, kept, other));
+        if a > params.iso && b <= params.iso { nearest = min(nearest, crossing_of(a, b)); }
     }
     let a = value_beside(kept, body, label, across);
     let b = value_beside(other, body, across, label);
@@ -152,7 +170,7 @@ fn slope_at(node: vec3i, body: u32, label: u32) -> vec3f {
         let d = vec3i(n % 3, (n / 3) % 3, n / 9) - 1;
         let across = vec3f(vec3i(2) - abs(d)) * 0.25;
         var v = 0.0;
-        if params.method == 1u { v = own_at(node + d); } else { v = value_beside(node + d, body, label, 0u); }
+        if params.method == 1u { v = own_at(node + d); } else { v = value_alone(node + d, body, label); }
         sum += vec3f(d) * v * vec3f(across.y * across.z, across.x * across.z, across.x * across.y);
     }
     return 0.5 * sum;

@@ -2,11 +2,12 @@
 
 use super::super::balls::{Ball, ROUND_MAX};
 use super::super::cells::CROSSING_MIN;
+use super::super::closure::{CLAY_CLOSED, CLAY_OPEN, FACE_SHARE, PART_SHARE, SEVERAL};
 use super::super::clusters::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
 use super::super::labels::CUTS_MAX;
 use super::super::mc_table::table;
-use super::layout::{PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, VERTEX_WORDS, Work, flag};
+use super::layout::{CLOSURE_FIRST, LIST_FIRST, PAIRS_MAX, Params, Region, SHEETS_MAX, SurfaceStatus, VERTEX_WORDS, Work, flag};
 use crate::sim::cut::JOINT_SHEET;
 use crate::sim::gpu::layout::{SURFACE_PARTICLE, Twin};
 use std::fmt::Write;
@@ -77,7 +78,9 @@ passes! {
     Decide = "decide" "decide" [];
     Collect = "collect" "collect" [];
     // Mesh.
-    Label = "label" "label" [LABELS, LISTS, BODIES];
+    Take = "take" "take" [LISTS, BODIES];
+    Closure = "closure" "closure" [LABELS, LISTS, BODIES];
+    Label = "label" "label" [TABLE, LABELS, LISTS, BODIES, TILE];
     Bodies = "bodies" "bodies" [TABLE, LABELS, LISTS, TILE];
     Count = "count" "count" [TABLE, LISTS, TILE, WALK];
     Offsets = "offsets" "offsets" [BALL];
@@ -109,6 +112,8 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("SHEETS_FULL", flag::SHEETS_FULL),
         ("MESH_FULL", flag::MESH_FULL),
         ("BODIES_FULL", flag::BODIES_FULL),
+        ("CLOSURE_FIRST", CLOSURE_FIRST),
+        ("LIST_FIRST", LIST_FIRST),
     ];
     for (name, value) in unsigned.into_iter().chain(SURFACE_PARTICLE) {
         // Writing to a string does not fail.
@@ -123,6 +128,11 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("GRAIN_DENSITY", GRAIN_DENSITY),
         ("GRAIN_FIELD", GRAIN_FIELD),
         ("BULK_DENSITY", BULK_DENSITY),
+        ("CLAY_OPEN", CLAY_OPEN),
+        ("CLAY_CLOSED", CLAY_CLOSED),
+        ("PART_SHARE", PART_SHARE),
+        ("FACE_SHARE", FACE_SHARE),
+        ("SEVERAL", SEVERAL),
         ("ICOSAHEDRON_SCALE", Ball::Icosahedron.scale()),
         ("OCTAHEDRON_SCALE", Ball::Octahedron.scale()),
     ];

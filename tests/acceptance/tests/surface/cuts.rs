@@ -1,6 +1,7 @@
 //! Cuts of no width: how many bodies, and of what kind.
 #![expect(clippy::print_stdout, reason = "what fails")]
 
+use bevy_clay::sim::frame::{SurfaceParticle, SurfaceSource};
 use bevy_clay::surface::extract::{extract, extract_by};
 use bevy_clay::surface::field::{Field, SurfaceSettings, Tier};
 use bevy_clay::surface::labels::{CutMethod, Rules};
@@ -63,6 +64,24 @@ fn partial_cut_across_a_full_one_leaves_two_bodies() {
 #[test]
 fn cut_up_to_another_gives_three_bodies() {
     assert_few("T-junction", CutCube::joined, 40, [0; 4]);
+}
+
+/// A closed cut through, by tags or by bodies, anywhere in the cube: its rims keep the volume. 2.3 to
+/// 2.9 % less with the clay of each side alone.
+#[test]
+fn closed_cuts_keep_the_volume() {
+    let mut random = Random(29);
+    let settings = SurfaceSettings::default();
+    let mut lost = vec![];
+    for i in 0..10 {
+        let cube = CutCube::one(2 * i, &mut random);
+        let [tagged, parted] = [cube.source(DMat3::IDENTITY), cube.parted_source(DMat3::IDENTITY)];
+        let particles = tagged.particles.iter().map(|p| SurfaceParticle { tags: 0, ..*p }).collect::<Vec<_>>().into();
+        let whole = extract(&SurfaceSource { particles, ..tagged.clone() }, &settings).volume();
+        lost.extend([tagged, parted].map(|source| 100.0 * (1.0 - extract(&source, &settings).volume() / whole)));
+    }
+    println!("volume lost: {lost:.3?} %");
+    assert!(lost.iter().all(|l| l.abs() <= 0.2), "{lost:?}");
 }
 
 /// Equation 9 as published, on cuts right through: three of four are wrong.

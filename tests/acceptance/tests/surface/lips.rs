@@ -15,8 +15,9 @@ fn tag(side: i8) -> u32 {
 }
 
 /// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from
-/// the cube's faces. Measured: 0.0002 to 0.0052 cells apart, rms off the plane 0.02 to 0.06, worst vertex
-/// 0.15 (0.30 with lips midway between nodes).
+/// the cube's faces. Measured: 0.0002 cells apart, rms off the plane 0.024 to 0.030, worst vertex 0.11 (0.30
+/// with lips midway between nodes). At the rims of a cut that is oblique to the cube's face 0.33: there is
+/// less clay in the acute side's corner than in the other's, and where they are equal is not in the plane.
 #[test]
 fn lips_of_a_cut_at_rest_touch() {
     let mut random = Random(13);
@@ -26,18 +27,22 @@ fn lips_of_a_cut_at_rest_touch() {
         let s = cube.source(DMat3::IDENTITY);
         let mesh = extract(&s, &SurfaceSettings::default());
         let Lips { areas, gap, rms } = Lips::of(&mesh, &s.domain, &cut);
-        // How far a body reaches beyond the plane, at the worst vertex.
+        // How far a body reaches beyond the plane, at the worst vertex: a cell within, and at the rims.
         let (bodies, _) = print_ready(&mesh);
-        let reach = |body: Mesh| {
-            let d: Vec<f64> =
-                body.positions.iter().map(|p| cut.distance(s.domain.to_grid(Vec3::from_array(*p).as_dvec3()))).collect();
-            let (low, high) = d.iter().fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)));
-            high.min(-low)
+        let reach = |body: &Mesh, is_counted: fn(f64) -> bool| {
+            let places = body.positions.iter().map(|p| s.domain.to_grid(Vec3::from_array(*p).as_dvec3()));
+            let d = |range: (f64, f64), p: DVec3| (range.0.min(cut.distance(p)), range.1.max(cut.distance(p)));
+            let (low, high) = places.clone().fold((f64::MAX, f64::MIN), d);
+            let counted = places.filter(|p| is_counted((*p - CUBE_CENTRE).abs().max_element()));
+            let (least, most) = counted.fold((0.0, 0.0), d);
+            if high > -low { -least } else { most }
         };
-        let overshoot = bodies.components().into_iter().map(reach).fold(0.0, f64::max);
-        println!("case {case}: gap {gap:.4} rms {rms:.3} overshoot {overshoot:.3} cells");
+        let overshoot = |is_counted| bodies.components().iter().map(|b| reach(b, is_counted)).fold(0.0, f64::max);
+        let [within, at_rims] = [overshoot(|edge| edge < 5.0), overshoot(|_| true)];
+        println!("case {case}: gap {gap:.4} rms {rms:.3} overshoot {within:.3}, at rims {at_rims:.3} cells");
         assert!(areas[0] > 60e-6 && areas[1] > 60e-6, "case {case}: lips missing: {areas:?}");
-        assert!(gap.abs() <= 0.02 && rms < 0.15 && overshoot < 0.2, "case {case}: gap {gap}, rms {rms}, overshoot {overshoot}");
+        assert!(gap.abs() <= 0.02 && rms < 0.05, "case {case}: gap {gap}, rms {rms}");
+        assert!(within < 0.2 && at_rims < 0.4, "case {case}: overshoot {within}, at rims {at_rims}");
     }
 }
 
