@@ -1,13 +1,10 @@
-//! The pieces that clay is in: bodies that nothing holds together any more.
+//! The pieces that clay is in: bodies, and what of them nothing holds together any more.
 //!
-//! Particles hold together where they move in one field of a node, as in the substep: at nodes that no cut
-//! divides all clay of a body in the cells about them, at others the clay on one side. A cut that ends inside
-//! the clay leaves one piece, one that passes through it two.
+//! What hangs together is as `sim::body` has it; crumbs, which are no bodies of their own, are pieces. A cut
+//! that ends inside the clay leaves one piece, one that passes through it two.
 
-use crate::sim::cut::ClassKey;
-use crate::sim::disjoint::DisjointSets;
-use crate::sim::snapshot::{Particle, Snapshot};
-use glam::{DVec3, IVec3};
+use crate::sim::snapshot::Snapshot;
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// Which piece each particle belongs to. Pieces are numbered by falling volume, from 0.
@@ -19,39 +16,20 @@ pub struct Pieces {
     pub volumes: Vec<f64>,
 }
 
-/// Masses of the classes at a node that a tagged particle reaches.
-type ClassMasses = Vec<(ClassKey, f64)>;
-
 impl Pieces {
-    /// Finds the pieces of clay; particles that are not finite are a piece each.
+    /// Finds the pieces of clay; particles that are not finite are a piece each. Of equal ones the one whose
+    /// particle comes first in the snapshot has the lower number.
     pub fn of(snapshot: &Snapshot) -> Self {
-        let particles = &snapshot.particles;
-        let masses = masses_at_cuts(particles);
-        let mut sets = DisjointSets::new(particles.len());
-        let mut first_of: HashMap<(IVec3, u16, u64), u32> = HashMap::new();
-        for (i, particle) in (0..).zip(particles).filter(|(_, p)| p.is_finite()) {
-            let (key, cell) = (ClassKey::new(particle.body, particle.tags), particle.grid().floor().as_ivec3());
-            for corner in 0..8 {
-                let node = cell + (IVec3::new(corner, corner >> 1, corner >> 2) & 1);
-                let field = masses.get(&node).map_or(0, |classes| field_of(key, classes));
-                let first = *first_of.entry((node, key.body(), field)).or_insert(i);
-                sets.join(first, i);
-            }
+        let parts = snapshot.parts();
+        // Of each part its volume and its first particle.
+        let mut found: HashMap<u32, (f64, usize)> = HashMap::new();
+        for (i, (part, particle)) in parts.iter().zip(&snapshot.particles).enumerate() {
+            found.entry(*part).or_insert((0.0, i)).0 += f64::from(particle.rest_volume);
         }
-        Self::numbered(particles, |i| sets.root(i))
-    }
-
-    /// Numbers the sets by falling volume; equal ones by their first particle.
-    fn numbered(particles: &[Particle], mut root: impl FnMut(u32) -> u32) -> Self {
-        let roots: Vec<u32> = (0..).zip(particles).map(|(i, _)| root(i)).collect();
-        let mut sums: HashMap<u32, f64> = HashMap::new();
-        for (root, particle) in roots.iter().zip(particles) {
-            *sums.entry(*root).or_default() += f64::from(particle.rest_volume);
-        }
-        let mut order: Vec<(u32, f64)> = sums.into_iter().collect();
-        order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let number: HashMap<u32, u32> = order.iter().zip(0..).map(|((root, _), number)| (*root, number)).collect();
-        Self { of_particle: roots.iter().map(|root| number[root]).collect(), volumes: order.iter().map(|o| o.1).collect() }
+        let mut order: Vec<(u32, (f64, usize))> = found.into_iter().collect();
+        order.sort_by(|(_, a), (_, b)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let number: HashMap<u32, u32> = order.iter().zip(0..).map(|((part, _), number)| (*part, number)).collect();
+        Self { of_particle: parts.iter().map(|part| number[part]).collect(), volumes: order.iter().map(|o| o.1.0).collect() }
     }
 
     /// Number of pieces.
@@ -75,65 +53,13 @@ impl Pieces {
     }
 }
 
-/// Class masses at the nodes that tagged particles reach, by the quadratic splines of the substep.
-fn masses_at_cuts(particles: &[Particle]) -> HashMap<IVec3, ClassMasses> {
-    let stencil = |p: &Particle| {
-        let at = p.grid();
-        let base = (at - 0.5).floor().as_ivec3();
-        (0..27).map(move |i| {
-            let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
-            let d = (node.as_dvec3() - at).abs();
-            let spline = |x: f64| if x < 0.5 { 0.75 - x * x } else { 0.5 * (1.5 - x).max(0.0).powi(2) };
-            (node, spline(d.x) * spline(d.y) * spline(d.z))
-        })
-    };
-    let mut masses: HashMap<IVec3, ClassMasses> = HashMap::new();
-    let finite = || particles.iter().filter(|p| p.is_finite()).map(|p| (p, ClassKey::new(p.body, p.tags)));
-    for (p, key) in finite().filter(|(_, key)| !key.is_first()) {
-        for (node, weight) in stencil(p) {
-            add(masses.entry(node).or_default(), key, weight * f64::from(p.rest_volume));
-        }
-    }
-    for (p, key) in finite().filter(|(_, key)| key.is_first()) {
-        for (node, weight) in stencil(p) {
-            if let Some(classes) = masses.get_mut(&node) {
-                add(classes, key, weight * f64::from(p.rest_volume));
-            }
-        }
-    }
-    masses
-}
-
-fn add(classes: &mut ClassMasses, key: ClassKey, mass: f64) {
-    match classes.iter_mut().find(|class| class.0 == key) {
-        Some(class) => class.1 += mass,
-        None => classes.push((key, mass)),
-    }
-}
-
-/// Names the field in which the clay of `key` moves at a node: the divisions that it is beyond, as in the
-/// substep (`m_F + m_B > m / 2`, m that of the bodies with a side of the sheet), a bit for each sheet.
-fn field_of(key: ClassKey, classes: &ClassMasses) -> u64 {
-    let is_tagged = |body: u16, sheet: u8| classes.iter().any(|(key, _)| key.body() == body && key.side(sheet) != 0);
-    let all = |sheet: u8| classes.iter().filter(|(key, _)| is_tagged(key.body(), sheet)).map(|class| class.1).sum::<f64>();
-    let mut sheets: Vec<u8> = classes.iter().flat_map(|class| class.0.sides()).map(|side| side.0).collect();
-    sheets.sort_unstable();
-    sheets.dedup();
-    let is_beyond = |sheet: u8| {
-        let on = |side: i8| classes.iter().filter(|class| class.0.side(sheet) == side).map(|class| class.1).sum::<f64>();
-        let (front, back) = (on(1), on(-1));
-        let owner = if front >= back { 1 } else { -1 };
-        front + back > 0.5 * all(sheet) && key.side(sheet) == -owner
-    };
-    sheets.into_iter().take(64).enumerate().map(|(i, sheet)| u64::from(is_beyond(sheet)) << i).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::cut::SheetSet;
     use crate::sim::material::ClayMaterial;
     use crate::sim::params::{Domain, WALL_NODE, Walls};
-    use crate::sim::snapshot::Tag;
+    use crate::sim::snapshot::{Particle, Tag};
 
     /// A cube of 8 cells, cut by planes: sheet, a point of the plane [cells from the cube's middle], normal,
     /// how deep from the top it reaches \[cells\].
@@ -196,6 +122,18 @@ mod tests {
         assert_eq!(pieces.at(&clay, middle - DVec3::X * 0.03), Some(0));
         assert_eq!(pieces.at(&clay, middle + DVec3::X * 0.03), Some(1));
         assert_eq!(Pieces::default().at(&Snapshot { particles: vec![], ..clay }, middle), None);
+    }
+
+    /// What is too little to be a body of its own is a piece all the same.
+    #[test]
+    fn crumbs_are_pieces() {
+        let mut clay = cube(&[]);
+        let far = Particle::at(DVec3::splat(3.5), 1.25e-7, 0);
+        (clay.particles[3].cell, clay.particles[3].offset) = (far.cell, far.offset);
+        let pieces = Pieces::of(&clay);
+        assert_eq!((pieces.count(), pieces.of_particle[3]), (2, 1));
+        clay.find_bodies(SheetSet::default());
+        assert!(clay.particles.iter().all(|p| p.body == 0));
     }
 
     /// Particles that are not numbers are set aside, one piece each, the smallest.

@@ -62,17 +62,35 @@ impl Snapshot {
     /// Tells the bodies of the clay apart, as a frame does at its end that is asked to. Particles that are
     /// not finite stay what they are.
     pub fn find_bodies(&mut self, spared: SheetSet) {
-        let finite: Vec<usize> = (0..self.particles.len()).filter(|i| self.particles[*i].is_finite()).collect();
-        let member = |i: &usize| {
-            let p = &self.particles[*i];
-            Member { at: p.grid(), id: p.id, body: p.body, tags: p.tags }
-        };
-        let mut members: Vec<Member> = finite.iter().map(member).collect();
-        let largest = finite.iter().map(|i| f64::from(self.particles[*i].rest_volume)).fold(0.0, f64::max);
-        find(&mut members, largest.cbrt() / self.domain.cell_width, spared);
+        let (finite, mut members) = self.members();
+        find(&mut members, self.greatest_spacing(), spared);
         for (i, Member { body, tags, .. }) in finite.into_iter().zip(members) {
             (self.particles[i].body, self.particles[i].tags) = (body, tags);
         }
+    }
+
+    /// The parts of bodies that hang together, of whatever size: one particle of the part that each is in.
+    /// Particles that are not finite are a part each.
+    pub(crate) fn parts(&self) -> Vec<u32> {
+        let (finite, members) = self.members();
+        let mut sets = hanging_together(&members, &Cells::new(&members), LINK_REACH * self.greatest_spacing());
+        let mut roots: Vec<u32> = (0..self.particles.len() as u32).collect();
+        for (k, i) in (0..).zip(&finite) {
+            roots[*i] = finite[sets.root(k) as usize] as u32;
+        }
+        roots
+    }
+
+    /// The finite particles: which they are, and what bodies are found by.
+    fn members(&self) -> (Vec<usize>, Vec<Member>) {
+        let finite = self.particles.iter().enumerate().filter(|(_, p)| p.is_finite());
+        finite.map(|(i, p)| (i, Member { at: p.grid(), id: p.id, body: p.body, tags: p.tags })).unzip()
+    }
+
+    /// Edge of the cube that the largest finite particle fills \[cells\].
+    fn greatest_spacing(&self) -> f64 {
+        let volumes = self.particles.iter().filter(|p| p.is_finite()).map(|p| f64::from(p.rest_volume));
+        volumes.fold(0.0, f64::max).cbrt() / self.domain.cell_width
     }
 }
 
@@ -179,8 +197,8 @@ fn seam(members: &mut [Member], cells: &Cells, (low, high): (u32, u32), sheet: u
     }
 }
 
-/// Numbers the parts of every body that hang together.
-fn part(members: &mut [Member], cells: &Cells, reach: f64) {
+/// Particles of a body within `reach` \[cells\] of each other and not on opposite sides of a cut.
+fn hanging_together(members: &[Member], cells: &Cells, reach: f64) -> DisjointSets {
     let mut sets = DisjointSets::new(members.len());
     let keys: Vec<ClassKey> = members.iter().map(|m| ClassKey::new(m.body, m.tags)).collect();
     for i in 0..members.len() {
@@ -190,6 +208,12 @@ fn part(members: &mut [Member], cells: &Cells, reach: f64) {
             }
         }
     }
+    sets
+}
+
+/// Numbers the parts of every body that hang together.
+fn part(members: &mut [Member], cells: &Cells, reach: f64) {
+    let mut sets = hanging_together(members, cells, reach);
     let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
     for (i, member) in (0..).zip(&*members) {
         let part = parts.entry(sets.root(i)).or_insert(Part { body: member.body, count: 0, first_id: u32::MAX });
