@@ -2,7 +2,7 @@
 //! other, and how far they may still come together.
 //!
 //! What is known at a node is how much clay of either side has come to it and to those about it, F in front
-//! and B behind. From that, at each node that both have reached ([`facing`]):
+//! and B behind. From that, at each node that both have reached (`definition`):
 //!
 //! - The *normal*. Over a plane `ln(F / B)` grows almost evenly with the distance, and alike at any angle to
 //!   the grid, since the spline's spread is that of a ball; so it is the slope of that, fitted to the 27
@@ -10,7 +10,7 @@
 //!   further in, where the middle of that clay is ([`DISPLACEMENT`]), and counts as if it stood there.
 //!   Without that the normals of a slope of 28 degrees through a block of 10 cells lean by 1.8 degrees, as
 //!   much as friction of .03 more; with it by .02.
-//! - The *gap*, from how far the middle of either side's clay stands before the node ([`face_distance`]).
+//! - The *gap*, from how far the middle of either side's clay stands before the node (`face_distance`).
 //!
 //! Of jittered clay both scatter from node to node, normals by 1 to 3 degrees and gaps by 0.09 cells. Clay
 //! that bears at some nodes before it does at others is softer than whole clay, and bears before it touches.
@@ -19,8 +19,11 @@
 //! cells. With it halves that were 1.3 cells apart bear 0.006 k at 0.1 cells, then as whole clay within
 //! 0.3 %, and a cut that was never open bears as whole clay within 4 %; without, 0.02 k, and 4 to 24 %.
 
+#[cfg(any(test, feature = "reference"))]
+pub(crate) mod definition;
+
 use super::cut::ClassKey;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// What stands on two sides: those of a cut, or two bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,63 +84,14 @@ impl Facing {
         Self { normal: f64::from(side) * self.normal, ..self }
     }
 
-    /// What is found at a node, as it counts in a mean: normal and gap times the mass that both share there,
-    /// and that mass.
-    pub(crate) fn weighted(self, [front, back]: [f64; 2]) -> [f64; 5] {
-        let mass = front * back / (front + back);
-        let [x, y, z] = (mass * self.normal).to_array();
-        [x, y, z, mass * self.gap, mass]
-    }
-
     /// The mean of what nodes have found, by its sum; none where none has, or where normals cancel.
     pub(crate) fn mean([x, y, z, gap, mass]: [f64; 5]) -> Option<Self> {
         Some(Self { normal: DVec3::new(x, y, z).try_normalize()?, gap: gap / mass })
     }
 }
 
-/// What a node tells of two sides to the fits of the nodes about it; sums over 27 nodes, each by 1/2 for
-/// every axis along which it is off the one in their midst, make [`facing`]. Places are in cells from an
-/// origin that all of a sum have in common.
-///
-/// First the mass in front times place and 1, then that behind. Then come numbers that count by the mass
-/// `w = F B / (F + B)` which both share, p the middle of the node's clay and s the logarithm `ln(F / B)`: w,
-/// w s, w p, w s p; and of the matrix w p p the entries xx, yy, zz, xy, yz and zx.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Terms(pub(crate) [f64; TERMS]);
-
+/// How many numbers a node tells of two sides to the fits of the nodes about it.
 pub(crate) const TERMS: usize = 22;
-
-/// How the two sides face each other at the node at `place`, by that alone, from the sums of what the 27
-/// nodes about it tell. None where one side is missing.
-///
-/// The normal is the slope of `ln(F / B)` over the middles of the nodes' clay, each by what it shares. Where
-/// that slope is less than [`SLOPE_MIN`], as of nodes with both sides that stand in one plane, it is the way
-/// from the back's centre of mass to the front's.
-///
-/// The gap is the sum of the distances of both faces from the node, each by how far that side's centre of
-/// mass stands before the node ([`face_distance`]), and what two faces at an angle to the grid are farther
-/// apart than that ([`OBLIQUE_GAP`]).
-pub(crate) fn facing(sums: &Terms, place: DVec3) -> Option<Facing> {
-    let t = &sums.0;
-    let vector = |i: usize| DVec3::new(t[i], t[i + 1], t[i + 2]);
-    let weight = t[8];
-    if weight == 0.0 {
-        return None;
-    }
-    let mean = vector(10) / weight;
-    let mut moment =
-        DMat3::from_cols(DVec3::new(t[16], t[19], t[21]), DVec3::new(t[19], t[17], t[20]), DVec3::new(t[21], t[20], t[18]));
-    moment -= DMat3::from_cols(mean * mean.x, mean * mean.y, mean * mean.z) * weight;
-    // Nodes of one plane alone say nothing of the slope across it.
-    moment += DMat3::IDENTITY * (NORMAL_REGULARISATION * (moment.x_axis.x + moment.y_axis.y + moment.z_axis.z));
-    let slope = moment.inverse() * (vector(13) - mean * t[9]);
-    let [front, back] = [0, 4].map(|side| vector(side) / t[side + 3] - place);
-    // That of a single node is no number.
-    let along = if slope.length() >= SLOPE_MIN { slope } else { front - back };
-    let normal = along.try_normalize()?;
-    let faces: f64 = [front.dot(normal), -back.dot(normal)].map(face_distance).iter().sum();
-    Some(Facing { normal, gap: faces + OBLIQUE_GAP * (1.0 - (normal * normal).length_squared()) })
-}
 
 /// How far along an axis \[cells\] the middle of the clay that has come to a node is off it: c |c| times the
 /// polynomial of |c| with these coefficients, the highest power first, of
@@ -146,22 +100,10 @@ pub(crate) fn facing(sums: &Terms, place: DVec3) -> Option<Facing> {
 /// beyond d, S the spline's integral, to 0.03 cells.
 pub(crate) const DISPLACEMENT: [f64; 4] = [7.139_792, -13.971_006, 7.726_884, 0.481_051];
 
-/// Distance \[cells\] from a node, outwards, of the face of clay whose centre of mass over the 27 nodes about
-/// it, each by 1/2 for every axis along which it is off, stands `centre` \[cells\] in that direction: for clay
-/// that ends in a plane, however much of it there is beside, a function of the distance alone. Fitted to a
-/// plane along the grid, whose centre is `(S(1 - d) - S(-1 - d)) / (S(1 - d) + 2 S(-d) + S(-1 - d))`, S the
-/// spline's integral, to 0.03 cells from -1.2 to 1.3, and put 0.023 nearer: of clay that is even or jittered
-/// by a tenth of its spacing a closed cut is shut, wherever it runs. Clay of less than 1.5 cells stands
-/// farther back than it seems.
-fn face_distance(centre: f64) -> f64 {
-    let c = centre.clamp(0.0, 1.0);
-    FACE_DISTANCE.iter().fold(0.0, |sum, a| sum * c + a)
-}
-
-/// Coefficients of [`face_distance`], the highest power first.
+/// Coefficients of `face_distance`, the highest power first.
 pub(crate) const FACE_DISTANCE: [f64; 6] = [8.932_776, -20.629_426, 19.289_938, -10.516_657, 5.929_993, -1.711_848];
 
-/// How much farther apart two faces are than their [distances](face_distance), of a plane along the grid,
+/// How much farther apart two faces are than their distances (`face_distance`), of a plane along the grid,
 /// have it \[cells\], times `1 - n_x^4 - n_y^4 - n_z^4` of their normal: of nine directions to the grid, at
 /// seven places each and gaps of 0, 0.1 and 0.3 cells, it is 0.1 times that to 0.01 cells.
 pub(crate) const OBLIQUE_GAP: f64 = 0.1;

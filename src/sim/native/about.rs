@@ -42,6 +42,8 @@ pub(super) fn bodies(classes: &[ClassKey]) -> Vec<u16> {
 pub(super) struct MassesAbout {
     low: IVec3,
     sides: Vec<[f32; 2]>,
+    /// The box of the nodes that have mass of each side, from its first node to its last.
+    boxes: [[IVec3; 2]; 2],
 }
 
 impl MassesAbout {
@@ -49,25 +51,33 @@ impl MassesAbout {
     pub(super) fn new(grid: &Grid, table: &Table, block: IVec3, is_front: impl Fn(ClassKey) -> Option<bool>) -> Option<Self> {
         let low = block * BLOCK - 2;
         let mut sides = vec![[0.0; 2]; (REACHED * REACHED * REACHED) as usize];
+        let mut boxes = [[IVec3::MAX, IVec3::MIN]; 2];
         for neighbour in NEIGHBOURS.map(|o| block + o) {
             for (key, nodes) in grid.classes_at(table, neighbour) {
                 let Some(is_front) = is_front(key) else { continue };
-                for (k, node) in nodes.iter().enumerate() {
-                    if let Some(at) = place(neighbour * BLOCK + offset(k) - low) {
-                        sides[at][usize::from(!is_front)] += node.0[3];
+                let side = usize::from(!is_front);
+                for (k, node) in nodes.iter().enumerate().filter(|(_, node)| node.0[3] > 0.0) {
+                    let node_at = neighbour * BLOCK + offset(k);
+                    if let Some(at) = place(node_at - low) {
+                        sides[at][side] += node.0[3];
+                        boxes[side] = [boxes[side][0].min(node_at), boxes[side][1].max(node_at)];
                     }
                 }
             }
         }
-        let has = |side: usize| sides.iter().any(|masses| masses[side] > 0.0);
-        (has(0) && has(1)).then_some(Self { low, sides })
+        let has = |[first, last]: [IVec3; 2]| first.cmple(last).all();
+        boxes.into_iter().all(has).then_some(Self { low, sides, boxes })
     }
 
-    /// Those about a particle.
+    /// Those about a particle; nothing where one side alone is, which has no normal.
     pub(super) fn about(&self, hot: &Hot) -> SidesAbout {
         let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
         let base = (at - 0.5).floor().as_ivec3();
         let mut sums = SidesAbout::default();
+        let is_apart = |[first, last]: [IVec3; 2]| base.cmpgt(last).any() || (base + 2).cmplt(first).any();
+        if self.boxes.into_iter().any(is_apart) {
+            return sums;
+        }
         for i in 0..27 {
             let node = base + IVec3::new(i / 9, i / 3 % 3, i % 3);
             let Some(masses) = place(node - self.low).map(|at| self.sides[at]) else { continue };

@@ -5,13 +5,16 @@
 
 use super::super::cut::ClassKey;
 use super::grid_step::{GridReport, GridStep};
+use super::joint::{joint, plain};
 use super::kernel::Tile;
-use super::meeting::{self, Faces, Meeting};
-use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, for_shared_nodes};
+use super::meeting::{self, Faces, Meeting, Parting, Scratch};
+use super::nodes::{ClassHere, ClassMasses, CutBlock, Ghosts, Nodes, Source, for_shared_nodes};
 use super::simd::Node;
-use super::state::{NEIGHBOURS, State, Table};
-use glam::{DVec3, IVec3};
+use super::state::{ITSELF, NEIGHBOURS, State, Table};
+use super::tagged::{self, TaggedTile};
+use glam::IVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What one scatter left: a tile per block with particles, and one for each class of tagged particles in it.
@@ -26,7 +29,7 @@ pub(super) struct Tiles {
     /// Which of them hold anything.
     pub has_untagged: Vec<bool>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
-    pub tagged: Vec<(ClassKey, Tile)>,
+    pub tagged: Vec<TaggedTile>,
     /// Where each block's part of `tagged` starts, and where the last one ends.
     pub first_tagged: Vec<usize>,
 }
@@ -37,9 +40,14 @@ impl Tiles {
     }
 
     /// The tiles of the tagged particles of a block.
-    pub(super) fn tagged_of(&self, slot: usize) -> &[(ClassKey, Tile)] {
+    pub(super) fn tagged_of(&self, slot: usize) -> &[TaggedTile] {
+        &self.tagged[self.tagged_range(slot)]
+    }
+
+    /// Where these stand in all.
+    fn tagged_range(&self, slot: usize) -> Range<usize> {
         let bound = |i: usize| self.first_tagged.get(i).copied().unwrap_or(self.tagged.len());
-        &self.tagged[bound(slot)..bound(slot + 1)]
+        bound(slot)..bound(slot + 1)
     }
 }
 
@@ -51,6 +59,11 @@ pub(super) struct Grid {
     /// Index + 1 into `cuts` of each block; 0 where no tagged particle is near.
     pub cut_slot: Vec<u32>,
     pub cuts: Vec<CutBlock>,
+    /// Of each class of each of `cuts`, index + 1 among the classes of each neighbour; 0 where it is not.
+    classes_about: Vec<Vec<[u32; 27]>>,
+    /// What the clay of each of `cuts` weighs at its nodes, and how it was found to face each other there.
+    masses: Vec<ClassMasses>,
+    faces: Vec<Vec<Faces>>,
     /// What `cut_slot` and the keys of `cuts` were found for.
     found_for: FoundFor,
 }
@@ -78,11 +91,12 @@ impl Grid {
             .with_min_len(8)
             .map(|(i, nodes)| {
                 let block = state.blocks[i];
-                sum(nodes, tiles, block, |slot| tiles.has_untagged[slot].then(|| &tiles.untagged[slot]));
                 if cut_slot[i] != 0 {
-                    GridReport::default()
-                } else if step.imposed.is_some() || meeting.concerns(block) {
-                    meeting::update(nodes, None, block, (step, meeting), (!0, &|_| None))
+                    return GridReport::default();
+                }
+                sum_untagged(nodes, tiles, block);
+                if step.imposed.is_some() || meeting.concerns(block) {
+                    meeting::update(nodes, None, block, (step, meeting), &|_| None)
                 } else {
                     plain(nodes, step)
                 }
@@ -102,6 +116,19 @@ impl Grid {
             Some(&cut.nodes[cut.keys.binary_search(&key).ok()?])
         };
         cut.and_then(of_class).unwrap_or(&self.nodes[slot])
+    }
+
+    /// The nodes about a block that have clay of `key`, of tagged clay that is in the block: the number of
+    /// the neighbour, at which of its nodes there may be any, and these. None if the block has no such clay.
+    pub(super) fn tagged_about(&self, slot: usize, key: ClassKey) -> Option<impl Iterator<Item = (usize, u64, &Nodes)>> {
+        let index = self.cut_slot.get(slot)?.checked_sub(1)? as usize;
+        let cut = &self.cuts[index];
+        let about = &self.classes_about[index][cut.keys.binary_search(&key).ok()?];
+        let nodes = move |(n, class): (usize, &u32)| {
+            let (cut, class) = (&self.cuts[cut.neighbour(n)?], class.checked_sub(1)? as usize);
+            (cut.has[class] != 0).then(|| (n, cut.has[class], &cut.nodes[class]))
+        };
+        Some(about.iter().enumerate().filter_map(nodes))
     }
 
     /// Where the nodes of a block are incompatible with the clay of `key`, if some may be.
@@ -131,7 +158,7 @@ impl Grid {
 
     /// Finds the blocks that tagged particles reach, and their classes there.
     pub(super) fn find_cuts(&mut self, state: &State, tiles: &Tiles) {
-        let keys = tiles.tagged.iter().map(|t| t.0);
+        let keys = tiles.tagged.iter().map(|t| t.key);
         let found = &self.found_for;
         if found.sorts == (tiles.sorts, state.sorts)
             && found.first_tagged == tiles.first_tagged
@@ -146,102 +173,104 @@ impl Grid {
         let mut count = 0;
         let blocks: &[IVec3] = if tiles.tagged.is_empty() { &[] } else { &state.blocks };
         for (i, &block) in blocks.iter().enumerate() {
-            let reaching = NEIGHBOURS.into_iter().filter_map(|o| tiles.table.slot(block + o));
-            let mut keys: Vec<ClassKey> = reaching.flat_map(|slot| tiles.tagged_of(slot)).map(|t| t.0).collect();
-            if keys.is_empty() {
-                continue;
-            }
-            keys.sort_unstable();
-            keys.dedup();
             if self.cuts.len() == count {
                 self.cuts.push(CutBlock::default());
             }
-            let cut = &mut self.cuts[count];
-            cut.nodes.resize(keys.len(), [Node::default(); 64]);
-            cut.keys = keys;
-            count += 1;
-            self.cut_slot[i] = count as u32;
+            if find_cut(&mut self.cuts[count], (i, block), tiles) {
+                count += 1;
+                self.cut_slot[i] = count as u32;
+            }
         }
         self.cuts.truncate(count);
+        let cut_slot = &self.cut_slot;
+        for cut in &mut self.cuts {
+            let block = state.blocks[cut.slot];
+            cut.about = NEIGHBOURS.map(|o| state.table.slot(block + o).map_or(0, |slot| cut_slot[slot]));
+        }
+        let place = |cut: &CutBlock, n: usize, key: &ClassKey| self.cuts[cut.neighbour(n)?].keys.binary_search(key).ok();
+        let about = |cut: &CutBlock, key: &ClassKey| std::array::from_fn(|n| place(cut, n, key).map_or(0, |at| at as u32 + 1));
+        self.classes_about.clear();
+        self.classes_about.extend(self.cuts.iter().map(|cut| cut.keys.iter().map(|key| about(cut, key)).collect()));
     }
 
     fn update_cuts(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> Vec<GridReport> {
-        let blocks: Vec<usize> = (0..state.blocks.len()).filter(|i| self.cut_slot[*i] != 0).collect();
-        let nodes = &self.nodes;
-        let sum_classes = |(cut, &i): (&mut CutBlock, &usize)| -> ClassMasses {
-            sum_tagged(cut, tiles, state.blocks[i]);
-            meeting::folded_masses(&nodes[i], cut, state.blocks[i], step, meeting)
-        };
-        let masses: Vec<ClassMasses> = self.cuts.par_iter_mut().zip(&blocks).map(sum_classes).collect();
-        let cut_slot = &self.cut_slot;
-        let cut_of = |block: IVec3| state.table.slot(block).and_then(|s| Some(cut_slot[s].checked_sub(1)? as usize));
-        let masses_of = |block: IVec3| Some(&masses[cut_of(block)?]);
-        let faces: Vec<Vec<Faces>> = blocks.par_iter().map(|i| meeting::faces(state.blocks[*i], &masses_of)).collect();
-        let faces_of = |block: IVec3| Some(&faces[cut_of(block)?][..]);
+        let Self { nodes, cuts, masses, faces, cut_slot, .. } = self;
+        masses.resize_with(cuts.len(), ClassMasses::default);
+        faces.resize_with(cuts.len(), Vec::new);
         let mut nodes: Vec<&mut Nodes> =
-            self.nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
+            nodes.iter_mut().enumerate().filter(|(i, _)| cut_slot[*i] != 0).map(|(_, n)| n).collect();
         let keeps = step.imposed.is_none() && !meeting.cutting.has_ghosts();
-        let is_plain = |block: IVec3| keeps && !meeting.concerns(block);
-        let update = |((nodes, cut), i): ((&mut &mut Nodes, &mut CutBlock), &usize)| {
-            let block = state.blocks[*i];
+        let is_apart = |block: IVec3| keeps && !meeting.concerns(block);
+        // What no two sides share is updated while it is at hand.
+        let sum = |((nodes, cut), masses): ((&mut &mut Nodes, &mut CutBlock), &mut ClassMasses)| {
+            let block = state.blocks[cut.slot];
+            sum_untagged(nodes, tiles, block);
+            tagged::sum(cut, &tiles.tagged);
+            meeting::find_masses(masses, nodes, cut, block, step, meeting);
             cut.ghosts.clear();
-            if !is_plain(block) {
-                return meeting::update(nodes, Some(cut), block, (step, meeting), (!0, &faces_of));
-            }
-            // Elsewhere all clay is of one field.
-            let shared = faces_of(block).map_or(0, meeting::shared);
-            let mut report = joint(std::iter::once(&mut **nodes).chain(&mut cut.nodes).collect(), step, !shared);
-            if shared != 0 {
-                report.add(&meeting::update(nodes, Some(cut), block, (step, meeting), (shared, &faces_of)));
-            }
-            report
+            let is_joint = is_apart(block) && !meeting::may_meet(&masses.classes);
+            is_joint.then(|| joint(&mut present(nodes, cut, &masses.classes), step, !0))
         };
-        nodes.par_iter_mut().zip(&mut self.cuts).zip(&blocks).map(update).collect()
-    }
-}
-
-/// Momentum -> velocity where nothing but gravity acts.
-fn plain(nodes: &mut Nodes, step: &GridStep) -> GridReport {
-    let damping_impulse = damping_impulse(nodes, step, !0);
-    GridReport { speed_max: update_plain(nodes, step), damping_impulse, ..GridReport::default() }
-}
-
-/// The same at those nodes, a bit each, at which all classes move as one.
-fn joint(mut classes: Vec<&mut Nodes>, step: &GridStep, chosen: u64) -> GridReport {
-    classes.retain(|nodes| nodes.iter().any(|node| node.0[3] != 0.0));
-    if let ([nodes], u64::MAX) = (&mut classes[..], chosen) {
-        return plain(nodes, step);
-    }
-    let damping_impulse = classes.iter().map(|nodes| damping_impulse(nodes, step, chosen)).sum();
-    let mut all = [Node::default(); 64];
-    for nodes in &classes {
-        all.iter_mut().zip(nodes.iter()).for_each(|(sum, node)| (0..4).for_each(|d| sum.0[d] += node.0[d]));
-    }
-    (0..64).filter(|k| chosen >> k & 1 == 0).for_each(|k| all[k] = Node::default());
-    let speed_max = update_plain(&mut all, step);
-    for nodes in classes {
-        for k in (0..64).filter(|k| chosen >> k & 1 == 1) {
-            let q = &mut nodes[k].0;
-            let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
-            q[..3].copy_from_slice(&all[k].0[..3]);
-            q[4..7].iter_mut().for_each(|before| *before *= inverse);
-        }
-    }
-    GridReport { speed_max, damping_impulse, ..GridReport::default() }
-}
-
-/// Adds up, for each class of tagged clay in `block`, the tiles of the 27 blocks around it, in the order of
-/// [`sum`].
-fn sum_tagged(cut: &mut CutBlock, tiles: &Tiles, block: IVec3) {
-    cut.nodes.iter_mut().for_each(|nodes| *nodes = [Node::default(); 64]);
-    for offset in NEIGHBOURS {
-        let Some(slot) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()) else { continue };
-        for (key, tile) in tiles.tagged_of(slot) {
-            if let Ok(class) = cut.keys.binary_search(key) {
-                add_tile(&mut cut.nodes[class], offset, tile);
+        let done: Vec<Option<GridReport>> =
+            nodes.par_iter_mut().zip(&mut *cuts).zip(&mut *masses).with_min_len(4).map(sum).collect();
+        let find = |scratch: &mut Box<Scratch>, (faces, cut): (&mut Vec<Faces>, &CutBlock)| {
+            meeting::find_faces(faces, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
+        };
+        faces.par_iter_mut().zip(&*cuts).with_min_len(4).for_each_init(Scratch::new, find);
+        type Cut<'a, 'b> = (((&'a mut &'b mut Nodes, &'a mut CutBlock), &'a ClassMasses), Option<GridReport>);
+        let update = |parting: &mut Parting, (((nodes, cut), masses), done): Cut<'_, '_>| {
+            let (block, about) = (state.blocks[cut.slot], cut.about);
+            let faces_of = |n: usize| Some(&faces[about[n].checked_sub(1)? as usize][..]);
+            if done.is_none() && !is_apart(block) {
+                cut.has.fill(!0);
+                return meeting::update(nodes, Some(cut), block, (step, meeting), &faces_of);
             }
+            done.unwrap_or_else(|| {
+                let classes = &mut present(nodes, cut, &masses.classes);
+                // The nodes that no two sides share have clay of one field.
+                let shared = faces_of(ITSELF).map_or(0, meeting::shared);
+                let mut report = joint(classes, step, !shared);
+                report.add(&parting.update(classes, &masses.classes, block, (step, meeting), (shared, &faces_of)));
+                report
+            })
+        };
+        let all = nodes.par_iter_mut().zip(cuts).zip(&*masses).zip(done);
+        all.with_min_len(4).map_init(Parting::default, update).collect()
+    }
+}
+
+/// The nodes of those classes of a block that have clay there.
+fn present<'a>(nodes: &'a mut Nodes, cut: &'a mut CutBlock, classes: &[ClassHere]) -> Vec<&'a mut Nodes> {
+    let mut indices = classes.iter().map(|class| class.class).peekable();
+    let all = (0..).zip(std::iter::once(nodes).chain(&mut cut.nodes));
+    all.filter(|(i, _)| indices.next_if_eq(i).is_some()).map(|class| class.1).collect()
+}
+
+/// Finds the classes of tagged clay that reach a block, and their tiles about it; returns whether there are
+/// any.
+fn find_cut(cut: &mut CutBlock, (slot, block): (usize, IVec3), tiles: &Tiles) -> bool {
+    let about = NEIGHBOURS.map(|o| tiles.table.slot(block + o).map_or(0..0, |slot| tiles.tagged_range(slot)));
+    cut.slot = slot;
+    cut.keys.clear();
+    cut.keys.extend(about.iter().flat_map(|range| &tiles.tagged[range.clone()]).map(|tile| tile.key));
+    cut.keys.sort_unstable();
+    cut.keys.dedup();
+    cut.nodes.resize(cut.keys.len(), [Node::default(); 64]);
+    cut.has.clear();
+    cut.has.resize(cut.keys.len(), !0);
+    cut.sources.clear();
+    for (class, key) in (0..).zip(&cut.keys) {
+        for (neighbour, range) in (0..).zip(&about) {
+            let its = range.clone().filter(|tile| tiles.tagged[*tile].key == *key);
+            cut.sources.extend(its.map(|tile| Source { class, tile: tile as u32, neighbour }));
         }
     }
+    !cut.keys.is_empty()
+}
+
+/// Adds up the untagged clay of a block's nodes.
+fn sum_untagged(nodes: &mut Nodes, tiles: &Tiles, block: IVec3) {
+    sum(nodes, tiles, block, |slot| tiles.has_untagged[slot].then(|| &tiles.untagged[slot]));
 }
 
 /// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.
@@ -262,35 +291,4 @@ fn add_tile(nodes: &mut Nodes, offset: IVec3, tile: &Tile) {
             nodes[node].0[d] += tile.0[at].0[d];
         }
     });
-}
-
-/// What validation damping takes from the sums at some nodes, a bit each.
-fn damping_impulse(nodes: &Nodes, step: &GridStep, chosen: u64) -> DVec3 {
-    if step.damping == 1.0 {
-        return DVec3::ZERO;
-    }
-    let free = |q: [f64; 8]| DVec3::new(q[0], q[1], q[2]) + q[3] * step.gravity;
-    (0..64).filter(|k| chosen >> k & 1 == 1).map(|k| free(nodes[k].0.map(f64::from)) * (step.damping - 1.0)).sum()
-}
-
-/// Momentum -> velocity where nothing but gravity acts. Returns the greatest speed, NaN if any is not finite.
-#[inline]
-fn update_plain(nodes: &mut Nodes, step: &GridStep) -> f32 {
-    let gravity = step.gravity.as_vec3().to_array();
-    let damping = step.damping as f32;
-    let (mut greatest, mut all) = (0.0f32, 0.0f32);
-    for node in nodes {
-        let q = &mut node.0;
-        let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
-        let mut speed2 = 0.0;
-        for d in 0..3 {
-            let v = if q[3] > 0.0 { (q[d] * inverse + gravity[d]) * damping } else { q[d] * 0.0 };
-            speed2 += v * v;
-            q[d] = v;
-            q[4 + d] *= inverse;
-        }
-        greatest = greatest.max(speed2);
-        all += speed2 + q[3] * 0.0;
-    }
-    if all.is_finite() { greatest.sqrt() } else { f32::NAN }
 }

@@ -30,6 +30,10 @@ impl Tile {
 
     pub(super) const ZERO: Self = Self([Node([0.0; 8]); Self::LEN]);
 
+    pub(super) fn zero() -> Box<Self> {
+        Box::new(Self::ZERO)
+    }
+
     /// Index of the node at `(x, y, z)` relative to the block's low corner, each in -1 ..= 5.
     #[inline(always)]
     pub(super) const fn at(x: i32, y: i32, z: i32) -> usize {

@@ -8,17 +8,21 @@ mod bounds;
 mod classes;
 mod compared;
 mod faces;
+mod parting;
 mod sides;
+mod terms;
 mod walls;
 
 pub(super) use bounds::Meeting;
-pub(super) use classes::folded_masses;
-pub(super) use faces::{Faces, faces, shared};
+pub(super) use classes::find_masses;
+pub(super) use faces::{Faces, find_faces, may_meet, shared};
+pub(super) use parting::Parting;
+pub(super) use terms::Scratch;
 
 use super::super::cutting::CuttingMethod;
 use super::super::facing::{Between, Facing};
 use super::super::params::BLOCK;
-use super::super::tool::{self, CONTACT_OFFSET, CUT_FRICTION};
+use super::super::tool::{self, CONTACT_OFFSET};
 use super::contact::ToolNow;
 use super::grid_step::{GridReport, GridStep};
 use super::nodes::{CutBlock, Nodes, offset};
@@ -26,20 +30,21 @@ use block::Block;
 use classes::{Classes, Sum};
 use faces::{FacesAbout, FacesOf};
 use glam::{DVec3, IVec3};
+use parting::exchange;
 use sides::is_incompatible;
 
-/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities, at those
-/// nodes of the block that are `chosen`, a bit each; masses stay as they were summed.
+/// Updates `nodes` (untagged, or all clay) and those of the tagged classes from sums to velocities; masses
+/// stay as they were summed.
 pub(super) fn update<'a>(
     nodes: &mut Nodes,
     cut: Option<&mut CutBlock>,
     block: IVec3,
     (step, meeting): (&GridStep, &Meeting<'_>),
-    (chosen, faces_of): (u64, &'a FacesOf<'a>),
+    faces_of: &'a FacesOf<'a>,
 ) -> GridReport {
     let classes = Classes::new(nodes, cut.as_deref(), block, step, meeting);
-    let mut b = Block::new(classes, block, (step, meeting), (chosen, faces_of));
-    for k in (0..64).filter(|k| b.is_chosen(*k) && !b.is_outer[*k]).collect::<Vec<_>>() {
+    let mut b = Block::new(classes, block, (step, meeting), faces_of);
+    for k in (0..64).filter(|k| !b.is_outer[*k]).collect::<Vec<_>>() {
         b.meet(k, block * BLOCK + offset(k), step, meeting);
     }
     b.unfold(block, step);
@@ -108,7 +113,7 @@ impl Block<'_> {
     /// How the sides of a kept cut, or two bodies, face each other at a node.
     fn facing(&mut self, k: usize, between: Between) -> Option<Facing> {
         let at = self.about.iter().position(|about| about.between == between).unwrap_or_else(|| {
-            self.about.push(FacesAbout::new(between, self.block, self.faces_of));
+            self.about.push(FacesAbout::new(between, self.faces_of, !0));
             self.about.len() - 1
         });
         self.about[at].mean(k)
@@ -131,25 +136,10 @@ impl Block<'_> {
         sum.2 += u64::from(after != before);
     }
 
-    /// Two fields exchange momentum while they approach, from a to b, by more than there is room for.
+    /// Two fields exchange momentum, from a to b.
     fn exchange(&mut self, k: usize, a: usize, b: usize, facing: Facing) {
-        let (m_a, m_b) = (self.field[a][k].mass, self.field[b][k].mass);
-        if m_a <= 0.0 || m_b <= 0.0 {
-            return;
-        }
-        let relative = self.velocity[b][k] - self.velocity[a][k];
-        let n = facing.normal;
-        let approach = relative.dot(n);
-        // Velocities are in cells a substep.
-        let excess = approach + facing.room();
-        if excess >= 0.0 {
-            return;
-        }
-        let slide = relative - approach * n;
-        let stop = slide.length().min(-excess * CUT_FRICTION);
-        let impulse = m_a * m_b / (m_a + m_b) * (-excess * n - slide.normalize_or_zero() * stop);
-        self.velocity[b][k] += impulse / m_b;
-        self.velocity[a][k] -= impulse / m_a;
+        let velocities = exchange([a, b].map(|f| (self.field[f][k].mass, self.velocity[f][k])), facing);
+        [self.velocity[a][k], self.velocity[b][k]] = velocities;
     }
 
     /// Wall nodes stand still across the wall, outer nodes move as images, the last fold first; nodes of
@@ -216,7 +206,7 @@ pub(super) fn ties<'a>(
     let classes = Classes::new(nodes, cut, block, step, meeting);
     let fold = |c: &walls::Column| Fold { outer: c.outer, wall: c.wall, inner: c.inner, image: c.reflect(DVec3::ONE) };
     let folds: Vec<Fold> = classes.folds.iter().map(fold).collect();
-    let mut nodes = Block::new(classes, block, (step, meeting), (!0, faces_of));
+    let mut nodes = Block::new(classes, block, (step, meeting), faces_of);
     let mut divided = vec![];
     for k in (0..64).filter(|k| !nodes.is_outer[*k]).collect::<Vec<_>>() {
         let (divisions, fields) = (nodes.divisions[k], nodes.fields[k]);

@@ -11,7 +11,8 @@
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
 //! | `tags`     | sides of the blade                                                          |
 //! | `nodes`    | the nodes of a block, and their places in the tiles about it                |
-//! | `grid`     | node sums and update; `meeting` where walls, tools and cuts meet            |
+//! | `grid`     | node sums and update: `joint`, and `meeting` where walls, tools, cuts meet  |
+//! | `tagged`   | tiles and sums of clay near cuts                                            |
 //! | `grid_step`| the numbers of a grid update, and what it met                               |
 //! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles, as `walls`  |
 //! | `implicit` | the step that is not bound to the speed of sound                            |
@@ -26,6 +27,7 @@ mod ghost;
 mod grid;
 mod grid_step;
 mod implicit;
+mod joint;
 mod kernel;
 mod law;
 mod meeting;
@@ -38,6 +40,7 @@ mod solver;
 mod state;
 mod stats;
 mod step;
+mod tagged;
 mod tags;
 mod touch;
 mod walls;

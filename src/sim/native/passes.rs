@@ -7,10 +7,11 @@ use super::ghost;
 use super::grid::{Grid, Tiles};
 use super::grid_step::GridReport;
 use super::kernel::{self, Tile};
-use super::nodes::for_arena_nodes;
+use super::nodes::{copy_rows, for_arena_nodes};
 use super::particle_step::ParticleStep;
 use super::penalty::Presses;
 use super::state::{Cold, Hot, NEIGHBOURS, Run, State, Table, split};
+use super::tagged::TaggedTile;
 use super::tags::{self, TagReport};
 use glam::IVec3;
 use rayon::prelude::*;
@@ -32,8 +33,14 @@ pub(super) fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold
 }
 
 /// The 7^3 velocities about a block as a class sees them.
-fn arena(grid: &Grid, table: &Table, block: IVec3, key: ClassKey) -> Tile {
+fn arena(grid: &Grid, table: &Table, (slot, block): (usize, IVec3), key: ClassKey) -> Tile {
     let mut out = Tile::ZERO;
+    if !key.is_first()
+        && let Some(about) = grid.tagged_about(slot, key)
+    {
+        about.for_each(|(n, has, nodes)| copy_rows(&mut out, nodes, has, NEIGHBOURS[n]));
+        return out;
+    }
     for offset in NEIGHBOURS {
         let Some(slot) = table.slot(block + offset) else { continue };
         let nodes = grid.nodes_of(slot, key);
@@ -74,7 +81,7 @@ pub(super) fn gather(
                     let gathered = ghost::gather(s, (grid, &table), (w.block, key), hot, report);
                     clamped += s.at(w.block, Moment::End, |place| kernel::finish_gathered(&s.step, place, hot, cold, &gathered));
                 } else if !hot.is_empty() {
-                    let velocity = arena(grid, &table, w.block, key);
+                    let velocity = arena(grid, &table, (w.index, w.block), key);
                     clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
                 }
             }
@@ -147,24 +154,32 @@ pub(super) fn scatter(
     let done: Vec<(u32, Option<GridReport>)> = tasks
         .into_par_iter()
         .with_min_len(4)
-        .map(|((w, untagged), tagged)| {
+        .map_init(Tile::zero, |scratch, ((w, untagged), tagged)| {
             let mut clamped = 0;
             let mut press = presses.near(w.block);
             if press.is_none() && matches!(stored_at, Moment::Start) {
                 w.cold.iter_mut().for_each(|p| (p.anchors, p.walls) = Default::default());
             }
             let is_gathered = is_gathered(w.index);
-            let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
-            for ((key, hot, cold), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
-                if hot.is_empty() {
-                    *tile = Tile::ZERO;
-                } else if is_gathered {
-                    s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
+            let mut tagged = tagged.iter_mut();
+            for (key, hot, cold) in w.run.classes(w.hot, w.cold) {
+                let is_empty = hot.is_empty();
+                let mut write = |tile: &mut Tile| {
+                    if is_gathered {
+                        s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
+                    } else {
+                        let velocity = arena(grid, &table, (w.index, w.block), key);
+                        clamped += s.at(w.block, Moment::End, |place| {
+                            kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
+                        });
+                    }
+                };
+                if !key.is_first() {
+                    tagged.next().into_iter().for_each(|tile| tile.fill(scratch, &mut write));
+                } else if is_empty {
+                    *untagged = Tile::ZERO;
                 } else {
-                    let velocity = arena(grid, &table, w.block, key);
-                    clamped += s.at(w.block, Moment::End, |place| {
-                        kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
-                    });
+                    write(untagged);
                 }
             }
             (clamped, press.map(|press| press.report))
@@ -183,13 +198,13 @@ pub(super) fn make_room(state: &mut State, tiles: &mut Tiles) {
     tiles.untagged.resize(state.runs.len(), Tile::ZERO);
     tiles.has_untagged.clear();
     tiles.has_untagged.extend(state.runs.iter().map(|run| run.untagged > 0));
-    tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), (ClassKey::FIRST, Tile::ZERO));
+    tiles.tagged.resize(state.runs.iter().map(|run| run.tagged.len()).sum(), TaggedTile::EMPTY);
     tiles.first_tagged.clear();
     tiles.first_tagged.push(0);
     for run in &state.runs {
         let first = *tiles.first_tagged.last().unwrap_or(&0);
         for (tile, class) in tiles.tagged[first..].iter_mut().zip(&run.tagged) {
-            tile.0 = class.0;
+            tile.key = class.0;
         }
         tiles.first_tagged.push(first + run.tagged.len());
     }

@@ -18,9 +18,14 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 #[repr(C, align(32))]
 pub(super) struct F8(pub [f32; 8]);
 
+/// The same in double precision.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct D8(pub [f64; 8]);
+
 macro_rules! lanewise {
-    ($trait:ident, $method:ident, $assign:tt) => {
-        impl $trait for F8 {
+    ($type:ident, $trait:ident, $method:ident, $assign:tt) => {
+        impl $trait for $type {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
@@ -32,46 +37,52 @@ macro_rules! lanewise {
         }
     };
 }
-lanewise!(Add, add, +=);
-lanewise!(Sub, sub, -=);
-lanewise!(Mul, mul, *=);
-lanewise!(Div, div, /=);
+macro_rules! lanes_of {
+    ($type:ident, $number:ident) => {
+        lanewise!($type, Add, add, +=);
+        lanewise!($type, Sub, sub, -=);
+        lanewise!($type, Mul, mul, *=);
+        lanewise!($type, Div, div, /=);
 
-impl Neg for F8 {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(mut self) -> Self {
-        for i in 0..8 {
-            self.0[i] = -self.0[i];
+        impl Neg for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(mut self) -> Self {
+                for i in 0..8 {
+                    self.0[i] = -self.0[i];
+                }
+                self
+            }
         }
-        self
-    }
-}
 
-impl Mul<F8> for f32 {
-    type Output = F8;
-    #[inline(always)]
-    fn mul(self, other: F8) -> F8 {
-        F8::splat(self) * other
-    }
-}
+        impl Mul<$type> for $number {
+            type Output = $type;
+            #[inline(always)]
+            fn mul(self, other: $type) -> $type {
+                $type::splat(self) * other
+            }
+        }
 
-impl Add<f32> for F8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: f32) -> Self {
-        self + Self::splat(other)
-    }
-}
+        impl Add<$number> for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: $number) -> Self {
+                self + Self::splat(other)
+            }
+        }
 
-impl F8 {
-    pub(super) const ZERO: Self = Self([0.0; 8]);
+        impl $type {
+            pub(super) const ZERO: Self = Self([0.0; 8]);
 
-    #[inline(always)]
-    pub(super) const fn splat(value: f32) -> Self {
-        Self([value; 8])
-    }
+            #[inline(always)]
+            pub(super) const fn splat(value: $number) -> Self {
+                Self([value; 8])
+            }
+        }
+    };
 }
+lanes_of!(F8, f32);
+lanes_of!(D8, f64);
 
 /// A node in memory: momentum or velocity in 0 .. 3, mass in 3, in 4 .. 7 what the clay had of the first
 /// before stress, tools and all else acted on it.

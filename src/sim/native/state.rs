@@ -432,6 +432,9 @@ pub(super) const NEIGHBOURS: [IVec3; 27] = {
     out
 };
 
+/// The number of a block among its neighbours.
+pub(super) const ITSELF: usize = 13;
+
 /// Cuts a slice into consecutive parts.
 pub(super) fn split<'a, T>(mut rest: &'a mut [T], lengths: &[usize]) -> Vec<&'a mut [T]> {
     lengths

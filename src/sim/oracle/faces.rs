@@ -1,7 +1,8 @@
 //! What each node finds by itself of the sides of cuts, and the bodies, that meet there: how they face each
 //! other. The definition is that of [`facing`](super::super::facing).
 
-use super::super::facing::{Between, DISPLACEMENT, TERMS, Terms, facing};
+use super::super::facing::definition::{Terms, facing};
+use super::super::facing::{Between, DISPLACEMENT, TERMS};
 use super::grid::Grid;
 use glam::{DVec3, IVec3};
 

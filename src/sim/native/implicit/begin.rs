@@ -5,7 +5,7 @@ use super::super::super::cut::ClassKey;
 use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MIN, GUESS_WAY_MAX};
 use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
-use super::super::meeting::{self, Faces, Fold, Meeting, Ties};
+use super::super::meeting::{self, Faces, Fold, Meeting, Scratch, Ties};
 use super::super::nodes::{ClassMasses, CutBlock};
 use super::super::simd::in_lanes;
 use super::super::state::State;
@@ -13,7 +13,7 @@ use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
 use super::vectors::{Block3, Vector, for_each, for_each_pair};
-use glam::{DVec3, IVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// The nodes of a step.
@@ -82,6 +82,7 @@ impl Begun {
             let cut = &mut grid.cuts[cut as usize];
             cut.nodes.clear();
             cut.nodes.extend_from_slice(&sums[first_tagged[i]..first_tagged[i] + cut.keys.len()]);
+            cut.has.fill(!0);
         }
         let (folds, divided) = ties(&mut layout, &sums, state, grid, &first_tagged, step, meeting);
         layout.mark_links();
@@ -108,12 +109,18 @@ fn ties(
     let slot_of = |i: usize, class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
     let cut_of = |i: usize| Some(&grid.cuts[grid.cut_slot[i].checked_sub(1)? as usize]);
     let cuts: Vec<Option<&CutBlock>> = (0..state.blocks.len()).map(cut_of).collect();
-    let folded = |i: usize| cuts[i].map(|cut| meeting::folded_masses(&sums[i], cut, state.blocks[i], step, meeting));
-    let masses: Vec<Option<ClassMasses>> = (0..state.blocks.len()).into_par_iter().map(folded).collect();
-    let masses_of = |block: IVec3| masses[state.table.slot(block)?].as_ref();
-    let found = |i: usize| if cuts[i].is_some() { meeting::faces(state.blocks[i], &masses_of) } else { vec![] };
-    let faces: Vec<Vec<Faces>> = (0..state.blocks.len()).into_par_iter().map(found).collect();
-    let faces_of = |block: IVec3| Some(&faces[state.table.slot(block)?][..]);
+    let masses = grid.cuts.par_iter().map(|cut| {
+        let mut masses = ClassMasses::default();
+        meeting::find_masses(&mut masses, &sums[cut.slot], cut, state.blocks[cut.slot], step, meeting);
+        masses
+    });
+    let masses: Vec<ClassMasses> = masses.collect();
+    let faces = grid.cuts.par_iter().map_init(Scratch::new, |scratch, cut| {
+        let mut faces = vec![];
+        meeting::find_faces(&mut faces, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
+        faces
+    });
+    let faces: Vec<Vec<Faces>> = faces.collect();
     let found: Vec<Found> = (0..state.blocks.len())
         .into_par_iter()
         .map(|i| {
@@ -123,6 +130,7 @@ fn ties(
                 return (links, (folds, vec![]));
             }
             let slot_of = |class: usize| slot_of(i, class);
+            let faces_of = |n: usize| Some(&faces[cuts[i]?.neighbour(n)?][..]);
             let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &faces_of);
             let divided = divided.into_iter().map(|(node, fields, facing)| {
                 let slots = fields.map(|class| slot_of(class.into()) as u32);

@@ -9,7 +9,7 @@ use super::super::nodes::Nodes;
 use super::super::particle_step::ParticleStep;
 use super::super::passes::{make_room, work};
 use super::super::simd::{F8, Node};
-use super::super::state::{Cold, Hot, State, split, unpack_cell};
+use super::super::state::{Cold, Hot, NEIGHBOURS, State, split, unpack_cell};
 use super::super::step::Step;
 use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
@@ -39,18 +39,22 @@ pub(super) fn found<'a>(
         .zip(split(&mut tiles.tagged, &lengths))
         .zip(split(classes, &counts))
         .collect();
-    let near = tasks.into_par_iter().with_min_len(4).map(|(((w, untagged), tagged), classes)| {
+    let near = tasks.into_par_iter().with_min_len(4).map_init(Tile::zero, |scratch, (((w, untagged), tagged), classes)| {
         let near = Near::of(w.block, s.tools, s.domain, s.springs);
-        let tiles = std::iter::once(untagged).chain(tagged.iter_mut().map(|t| &mut t.1));
-        let mut classes = classes.iter_mut();
+        let (mut tagged, mut classes) = (tagged.iter_mut(), classes.iter_mut());
         s.at(w.block, Moment::End, |spot| {
             arrive(w.block, s.domain, spot, w.hot, w.cold, arrivals);
-            for ((_, hot, cold), tile) in w.run.classes(w.hot, w.cold).zip(tiles) {
+            for (key, hot, cold) in w.run.classes(w.hot, w.cold) {
+                // Only of untagged clay there may be none.
                 let Some(class) = (if hot.is_empty() { None } else { classes.next() }) else {
-                    *tile = Tile::ZERO;
+                    *untagged = Tile::ZERO;
                     continue;
                 };
-                bring_all(&s.step, spot, hot, &mut class.eights, tile);
+                if key.is_first() {
+                    bring_all(&s.step, spot, hot, &mut class.eights, untagged);
+                } else if let Some(tile) = tagged.next() {
+                    tile.fill(scratch, |tile| bring_all(&s.step, spot, hot, &mut class.eights, tile));
+                }
                 find_yield_norms(s, spot, (hot, cold), &mut class.eights);
                 find_clearances(near.as_ref(), (hot, cold), class);
             }
@@ -236,13 +240,17 @@ impl Pass<'_, '_> {
 pub(super) fn nodes_of(layout: &Layout, tiles: &Tiles, slot: usize) -> Nodes {
     let mut nodes: Nodes = [Node::default(); 64];
     let place = layout.slots[slot];
-    sum(&mut nodes, tiles, place.block, |at| {
-        if place.key.is_first() {
-            return Some(&tiles.untagged[at]);
+    if place.key.is_first() {
+        sum(&mut nodes, tiles, place.block, |at| Some(&tiles.untagged[at]));
+        return nodes;
+    }
+    for (neighbour, offset) in NEIGHBOURS.into_iter().enumerate() {
+        let Some(slot) = tiles.table.slot(place.block + offset) else { continue };
+        let tagged = tiles.tagged_of(slot);
+        if let Ok(i) = tagged.binary_search_by_key(&place.key, |tile| tile.key) {
+            tagged[i].add_to(&mut nodes, neighbour);
         }
-        let tiles = tiles.tagged_of(at);
-        tiles.binary_search_by_key(&place.key, |t| t.0).ok().map(|i| &tiles[i].1)
-    });
+    }
     nodes
 }
 

@@ -29,9 +29,6 @@ pub(super) struct Block<'a> {
     /// How what divides one of its nodes in two was found to face each other about the block.
     pub(super) about: Vec<FacesAbout>,
     pub(super) faces_of: &'a FacesOf<'a>,
-    /// The nodes that it updates: a bit each.
-    chosen: u64,
-    pub(super) block: IVec3,
     pub(super) report: GridReport,
 }
 
@@ -41,9 +38,8 @@ impl<'a> Block<'a> {
         classes: Classes,
         block: IVec3,
         (step, meeting): (&GridStep, &Meeting<'_>),
-        (chosen, faces_of): (u64, &'a FacesOf<'a>),
+        faces_of: &'a FacesOf<'a>,
     ) -> Self {
-        let is_chosen = |k: &usize| chosen >> k & 1 == 1;
         let mut gravity = [step.gravity; 64];
         if step.imposed.is_some() {
             // A manufactured solution's body force is dear: none where there is no clay.
@@ -56,13 +52,13 @@ impl<'a> Block<'a> {
             let mass = |class: usize| classes.folded[class][k].mass;
             Divisions::new(block * BLOCK + offset(k), &classes.keys, &sheets, mass, meeting)
         };
-        let divisions: [Divisions; 64] = std::array::from_fn(|k| if is_chosen(&k) { divisions(k) } else { Divisions::default() });
+        let divisions: [Divisions; 64] = std::array::from_fn(divisions);
         let mut fields = [Fields::default(); 64];
         let mut leader = vec![[0u8; 64]; count];
         let mut field = vec![[Sum::default(); 64]; count];
         let mut velocity = vec![[DVec3::ZERO; 64]; count];
         let ghosts = ghosts_of(&classes.keys, &divisions, block, meeting);
-        for k in (0..64).filter(is_chosen) {
+        for k in 0..64 {
             for c in 0..count {
                 if is_incompatible(&ghosts, c, k) {
                     // In no field, and without a velocity.
@@ -85,11 +81,7 @@ impl<'a> Block<'a> {
         classes.folds.iter().for_each(|c| is_outer[c.outer] = true);
         let mut report = GridReport::of_tools(meeting.tools.len());
         if step.damping != 1.0 || step.imposed.is_some() {
-            let own = || {
-                (0..64)
-                    .filter(is_chosen)
-                    .flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])))
-            };
+            let own = || (0..64).flat_map(|k| classes.own.iter().map(move |class| class[k]).zip(std::iter::repeat(gravity[k])));
             report.damping_impulse = own().map(|(s, g)| s.momentum + s.mass * g).sum::<DVec3>() * (step.damping - 1.0);
             report.body_impulse = own().map(|(s, g)| s.mass * (g - step.gravity)).sum();
         }
@@ -107,14 +99,8 @@ impl<'a> Block<'a> {
             gravity,
             about: vec![],
             faces_of,
-            chosen,
-            block,
             report,
         }
-    }
-
-    pub(super) fn is_chosen(&self, k: usize) -> bool {
-        self.chosen >> k & 1 == 1
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
@@ -124,7 +110,7 @@ impl<'a> Block<'a> {
         }
         let tagged = cut.into_iter().flat_map(|cut| &mut cut.nodes);
         for (nodes, leader) in std::iter::once(nodes).chain(tagged).zip(&self.leader) {
-            for k in (0..64).filter(|k| self.chosen >> k & 1 == 1) {
+            for k in 0..64 {
                 let v = self.velocity[usize::from(leader[k])][k];
                 let q = &mut nodes[k].0;
                 // What the class came with is its own: no wall folds it, no field shares it.

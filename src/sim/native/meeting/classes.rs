@@ -4,7 +4,7 @@ use super::super::super::cut::ClassKey;
 use super::super::super::params::BLOCK;
 use super::super::contact::ToolNow;
 use super::super::grid_step::GridStep;
-use super::super::nodes::{ClassMasses, CutBlock, Nodes, offset};
+use super::super::nodes::{ClassHere, ClassMasses, CutBlock, Nodes, bits, node_masses, offset};
 use super::super::simd::Node;
 use super::bounds::Meeting;
 use super::walls::{Column, columns};
@@ -77,20 +77,33 @@ impl Classes {
     }
 }
 
-/// Folded masses of the classes that have clay at the nodes of a block: what the normals of cuts are made of.
+/// Finds the folded masses of the classes that have clay at the nodes of a block: what the normals of cuts
+/// are made of.
 #[expect(clippy::cast_possible_truncation, reason = "nodes are f32")]
-pub(in super::super) fn folded_masses(
+pub(in super::super) fn find_masses(
+    all: &mut ClassMasses,
     nodes: &Nodes,
     cut: &CutBlock,
     block: IVec3,
     step: &GridStep,
     meeting: &Meeting<'_>,
-) -> ClassMasses {
+) {
+    all.classes.clear();
+    all.masses.clear();
+    let mut add = |class: usize, key: ClassKey, masses: [f32; 64]| {
+        let has = bits(&masses);
+        if has != 0 {
+            all.classes.push(ClassHere { key, class: class as u32, has });
+            all.masses.push(masses);
+        }
+    };
     if columns(block, meeting.domain).is_empty() {
-        let all = std::iter::once((&ClassKey::FIRST, nodes)).chain(cut.keys.iter().zip(&cut.nodes));
-        let has_clay = |nodes: &Nodes| nodes.iter().any(|node| node.0[3] != 0.0);
-        return all.filter(|class| has_clay(class.1)).map(|(key, nodes)| (*key, nodes.map(|node| node.0[3]))).collect();
+        add(0, ClassKey::FIRST, node_masses(nodes));
+        for (i, (key, nodes)) in cut.keys.iter().zip(&cut.nodes).enumerate().filter(|(i, _)| cut.has[*i] != 0) {
+            add(i + 1, *key, node_masses(nodes));
+        }
+        return;
     }
     let Classes { keys, folded, .. } = Classes::new(nodes, Some(cut), block, step, meeting);
-    keys.into_iter().zip(folded).map(|(key, sums)| (key, sums.map(|sum| sum.mass as f32))).collect()
+    keys.into_iter().zip(folded).enumerate().for_each(|(i, (key, sums))| add(i, key, sums.map(|sum| sum.mass as f32)));
 }
