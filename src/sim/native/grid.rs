@@ -4,11 +4,12 @@
 //! [`meeting`](super::meeting) in f64.
 
 use super::super::cut::ClassKey;
+use super::super::facing::Between;
 use super::grid_step::{GridReport, GridStep};
 use super::joint::{joint, plain};
 use super::kernel::Tile;
 use super::meeting::{self, Faces, Meeting, Parting, Scratch};
-use super::nodes::{ClassHere, ClassMasses, CutBlock, Ghosts, Nodes, Source, for_shared_nodes};
+use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, Present, Source, for_shared_nodes};
 use super::simd::Node;
 use super::state::{ITSELF, NEIGHBOURS, State, Table};
 use super::tagged::{self, TaggedTile};
@@ -26,7 +27,7 @@ pub(super) struct Tiles {
     pub sorts: u64,
     /// Sums of the particles of each block that are of the first body and near no cut.
     pub untagged: Vec<Tile>,
-    /// Which of them hold anything.
+    /// Which of them hold anything; the others are what they were before.
     pub has_untagged: Vec<bool>,
     /// Sums of the tagged ones, block by block, in the order of the classes' keys.
     pub tagged: Vec<TaggedTile>,
@@ -209,12 +210,12 @@ impl Grid {
             meeting::find_masses(masses, nodes, cut, block, step, meeting);
             cut.ghosts.clear();
             let is_joint = is_apart(block) && !meeting::may_meet(&masses.classes);
-            is_joint.then(|| joint(&mut present(nodes, cut, &masses.classes), step, !0))
+            is_joint.then(|| joint(&mut Present { untagged: nodes, tagged: &mut cut.nodes, classes: &masses.classes }, step, !0))
         };
         let done: Vec<Option<GridReport>> =
             nodes.par_iter_mut().zip(&mut *cuts).zip(&mut *masses).with_min_len(4).map(sum).collect();
         let find = |scratch: &mut Box<Scratch>, (faces, cut): (&mut Vec<Faces>, &CutBlock)| {
-            meeting::find_faces(faces, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
+            meeting::find_faces(faces, cut, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
         };
         faces.par_iter_mut().zip(&*cuts).with_min_len(4).for_each_init(Scratch::new, find);
         type Cut<'a, 'b> = (((&'a mut &'b mut Nodes, &'a mut CutBlock), &'a ClassMasses), Option<GridReport>);
@@ -226,24 +227,17 @@ impl Grid {
                 return meeting::update(nodes, Some(cut), block, (step, meeting), &faces_of);
             }
             done.unwrap_or_else(|| {
-                let classes = &mut present(nodes, cut, &masses.classes);
+                let present = &mut Present { untagged: nodes, tagged: &mut cut.nodes, classes: &masses.classes };
                 // The nodes that no two sides share have clay of one field.
                 let shared = faces_of(ITSELF).map_or(0, meeting::shared);
-                let mut report = joint(classes, step, !shared);
-                report.add(&parting.update(classes, &masses.classes, block, (step, meeting), (shared, &faces_of)));
+                let mut report = joint(present, step, !shared);
+                report.add(&parting.update(present, block, (step, meeting), (shared, &faces_of)));
                 report
             })
         };
         let all = nodes.par_iter_mut().zip(cuts).zip(&*masses).zip(done);
         all.with_min_len(4).map_init(Parting::default, update).collect()
     }
-}
-
-/// The nodes of those classes of a block that have clay there.
-fn present<'a>(nodes: &'a mut Nodes, cut: &'a mut CutBlock, classes: &[ClassHere]) -> Vec<&'a mut Nodes> {
-    let mut indices = classes.iter().map(|class| class.class).peekable();
-    let all = (0..).zip(std::iter::once(nodes).chain(&mut cut.nodes));
-    all.filter(|(i, _)| indices.next_if_eq(i).is_some()).map(|class| class.1).collect()
 }
 
 /// Finds the classes of tagged clay that reach a block, and their tiles about it; returns whether there are
@@ -255,6 +249,7 @@ fn find_cut(cut: &mut CutBlock, (slot, block): (usize, IVec3), tiles: &Tiles) ->
     cut.keys.extend(about.iter().flat_map(|range| &tiles.tagged[range.clone()]).map(|tile| tile.key));
     cut.keys.sort_unstable();
     cut.keys.dedup();
+    cut.between = Between::all(std::iter::once(ClassKey::FIRST).chain(cut.keys.iter().copied()));
     cut.nodes.resize(cut.keys.len(), [Node::default(); 64]);
     cut.has.clear();
     cut.has.resize(cut.keys.len(), !0);
@@ -268,18 +263,14 @@ fn find_cut(cut: &mut CutBlock, (slot, block): (usize, IVec3), tiles: &Tiles) ->
     !cut.keys.is_empty()
 }
 
-/// Adds up the untagged clay of a block's nodes.
-fn sum_untagged(nodes: &mut Nodes, tiles: &Tiles, block: IVec3) {
-    sum(nodes, tiles, block, |slot| tiles.has_untagged[slot].then(|| &tiles.untagged[slot]));
-}
-
-/// Adds up, for each node of `block`, the tiles of the 27 blocks around it, in a fixed order.
-#[inline]
-pub(super) fn sum<'a>(nodes: &mut Nodes, tiles: &Tiles, block: IVec3, tile: impl Fn(usize) -> Option<&'a Tile>) {
+/// Adds up, for each node of `block`, the untagged clay of the 27 blocks around it, in a fixed order.
+pub(super) fn sum_untagged(nodes: &mut Nodes, tiles: &Tiles, block: IVec3) {
     *nodes = [Node::default(); 64];
     for offset in NEIGHBOURS {
-        let Some(tile) = tiles.table.slot(block + offset).filter(|s| *s < tiles.untagged.len()).and_then(&tile) else { continue };
-        add_tile(nodes, offset, tile);
+        let slot = tiles.table.slot(block + offset);
+        if let Some(slot) = slot.filter(|slot| tiles.has_untagged.get(*slot) == Some(&true)) {
+            add_tile(nodes, offset, &tiles.untagged[slot]);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Nodes at which all clay moves as one and nothing but gravity acts on it, in f32.
 
 use super::grid_step::{GridReport, GridStep};
-use super::nodes::Nodes;
+use super::nodes::{Nodes, Present};
 use super::simd::{Node, in_lanes};
 use glam::DVec3;
 
@@ -13,20 +13,21 @@ pub(super) fn plain(nodes: &mut Nodes, step: &GridStep) -> GridReport {
 
 /// The same of several classes at those nodes, a bit each, at which they move as one. What validation damping
 /// takes is that of all nodes.
-pub(super) fn joint(classes: &mut [&mut Nodes], step: &GridStep, chosen: u64) -> GridReport {
-    if let ([nodes], u64::MAX) = (&mut *classes, chosen) {
-        return plain(nodes, step);
+pub(super) fn joint(present: &mut Present<'_>, step: &GridStep, chosen: u64) -> GridReport {
+    let classes = 0..present.classes.len();
+    if (classes.end, chosen) == (1, !0) {
+        return plain(present.nodes(0), step);
     }
-    let damping_impulse = classes.iter().map(|nodes| damping_impulse(nodes, step)).sum();
-    let mut all = [Node::default(); 64];
-    for nodes in &*classes {
-        add(&mut all, nodes, chosen);
+    let (mut all, mut impulse) = ([Node::default(); 64], DVec3::ZERO);
+    for class in classes.clone() {
+        impulse += damping_impulse(present.nodes(class), step);
+        add(&mut all, present.nodes(class), chosen);
     }
     let speed_max = update_plain(&mut all, step);
-    for nodes in classes {
-        share(nodes, &all, chosen);
+    for class in classes {
+        share(present.nodes(class), &all, chosen);
     }
-    GridReport { speed_max, damping_impulse, ..GridReport::default() }
+    GridReport { speed_max, damping_impulse: impulse, ..GridReport::default() }
 }
 
 in_lanes! {

@@ -2,6 +2,7 @@
 //! the blocks about.
 
 use super::super::cut::ClassKey;
+use super::super::facing::Between;
 use super::super::params::BLOCK;
 use super::kernel::Tile;
 use super::simd::Node;
@@ -34,6 +35,8 @@ pub(super) struct CutBlock {
     pub keys: Vec<ClassKey>,
     /// Velocity and mass of each class.
     pub nodes: Vec<Nodes>,
+    /// All that clay of these classes may stand on either side of.
+    pub between: Vec<Between>,
     /// At which nodes of each class there may be anything but 0: a bit each.
     pub has: Vec<u64>,
     /// The tiles that may hold something of each class, class by class.
@@ -108,6 +111,23 @@ pub(super) struct ClassHere {
     pub class: u32,
     /// At which nodes there is any: a bit each.
     pub has: u64,
+}
+
+/// The classes that have clay at the nodes of a block, and what they have there.
+pub(super) struct Present<'a> {
+    pub untagged: &'a mut Nodes,
+    pub tagged: &'a mut [Nodes],
+    pub classes: &'a [ClassHere],
+}
+
+impl Present<'_> {
+    /// The nodes of one of the classes, by its place among them.
+    pub(super) fn nodes(&mut self, place: usize) -> &mut Nodes {
+        match self.classes[place].class {
+            0 => self.untagged,
+            class => &mut self.tagged[class as usize - 1],
+        }
+    }
 }
 
 /// From the first to before the last of a neighbour's nodes along an axis that our tile holds, and what takes

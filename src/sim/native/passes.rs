@@ -163,7 +163,9 @@ pub(super) fn scatter(
             let is_gathered = is_gathered(w.index);
             let mut tagged = tagged.iter_mut();
             for (key, hot, cold) in w.run.classes(w.hot, w.cold) {
-                let is_empty = hot.is_empty();
+                if hot.is_empty() {
+                    continue;
+                }
                 let mut write = |tile: &mut Tile| {
                     if is_gathered {
                         s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
@@ -174,12 +176,10 @@ pub(super) fn scatter(
                         });
                     }
                 };
-                if !key.is_first() {
-                    tagged.next().into_iter().for_each(|tile| tile.fill(scratch, &mut write));
-                } else if is_empty {
-                    *untagged = Tile::ZERO;
-                } else {
+                if key.is_first() {
                     write(untagged);
+                } else if let Some(tile) = tagged.next() {
+                    tile.fill(scratch, write);
                 }
             }
             (clamped, press.map(|press| press.report))

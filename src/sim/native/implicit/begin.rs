@@ -117,7 +117,7 @@ fn ties(
     let masses: Vec<ClassMasses> = masses.collect();
     let faces = grid.cuts.par_iter().map_init(Scratch::new, |scratch, cut| {
         let mut faces = vec![];
-        meeting::find_faces(&mut faces, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
+        meeting::find_faces(&mut faces, cut, &|n| Some(&masses[cut.neighbour(n)?]), scratch);
         faces
     });
     let faces: Vec<Vec<Faces>> = faces.collect();

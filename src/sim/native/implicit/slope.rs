@@ -2,7 +2,7 @@
 
 use super::super::super::params::Domain;
 use super::super::contact::Moment;
-use super::super::grid::{Tiles, sum};
+use super::super::grid::{Tiles, sum_untagged};
 use super::super::grid_step::GridReport;
 use super::super::kernel::{Place as Spot, Tile};
 use super::super::nodes::Nodes;
@@ -46,10 +46,7 @@ pub(super) fn found<'a>(
             arrive(w.block, s.domain, spot, w.hot, w.cold, arrivals);
             for (key, hot, cold) in w.run.classes(w.hot, w.cold) {
                 // Only of untagged clay there may be none.
-                let Some(class) = (if hot.is_empty() { None } else { classes.next() }) else {
-                    *untagged = Tile::ZERO;
-                    continue;
-                };
+                let Some(class) = (if hot.is_empty() { None } else { classes.next() }) else { continue };
                 if key.is_first() {
                     bring_all(&s.step, spot, hot, &mut class.eights, untagged);
                 } else if let Some(tile) = tagged.next() {
@@ -241,7 +238,7 @@ pub(super) fn nodes_of(layout: &Layout, tiles: &Tiles, slot: usize) -> Nodes {
     let mut nodes: Nodes = [Node::default(); 64];
     let place = layout.slots[slot];
     if place.key.is_first() {
-        sum(&mut nodes, tiles, place.block, |at| Some(&tiles.untagged[at]));
+        sum_untagged(&mut nodes, tiles, place.block);
         return nodes;
     }
     for (neighbour, offset) in NEIGHBOURS.into_iter().enumerate() {

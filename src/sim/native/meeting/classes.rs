@@ -7,7 +7,7 @@ use super::super::grid_step::GridStep;
 use super::super::nodes::{ClassHere, ClassMasses, CutBlock, Nodes, bits, node_masses, offset};
 use super::super::simd::Node;
 use super::bounds::Meeting;
-use super::walls::{Column, columns};
+use super::walls::{Column, columns, stand_in};
 use glam::{DVec3, IVec3};
 
 /// Mass and momentum, and mass times what the clay has lost of its strength at tools.
@@ -97,7 +97,7 @@ pub(in super::super) fn find_masses(
             all.masses.push(masses);
         }
     };
-    if columns(block, meeting.domain).is_empty() {
+    if !stand_in(block, meeting.domain) {
         add(0, ClassKey::FIRST, node_masses(nodes));
         for (i, (key, nodes)) in cut.keys.iter().zip(&cut.nodes).enumerate().filter(|(i, _)| cut.has[*i] != 0) {
             add(i + 1, *key, node_masses(nodes));

@@ -4,7 +4,7 @@
 use super::super::super::cut::ClassKey;
 use super::super::super::facing::{Between, Facing};
 use super::super::super::params::BLOCK;
-use super::super::nodes::{ClassHere, ClassMasses, local};
+use super::super::nodes::{ClassHere, ClassMasses, CutBlock, local};
 use super::super::state::{ITSELF, NEIGHBOURS};
 use super::terms::{Rows, Scratch, find, sum_found};
 use glam::IVec3;
@@ -26,10 +26,10 @@ pub(in super::super) type MassesOf<'a> = dyn Fn(usize) -> Option<&'a ClassMasses
 pub(in super::super) type FacesOf<'a> = dyn Fn(usize) -> Option<&'a [Faces]> + Sync + 'a;
 
 /// Finds all that meets in a block.
-pub(in super::super) fn find_faces<'a>(all: &mut Vec<Faces>, masses_of: &MassesOf<'a>, scratch: &mut Scratch) {
+pub(in super::super) fn find_faces<'a>(all: &mut Vec<Faces>, cut: &CutBlock, masses_of: &MassesOf<'a>, scratch: &mut Scratch) {
     all.clear();
     let Some(classes) = masses_of(ITSELF).map(|all| &all.classes[..]).filter(|classes| may_meet(classes)) else { return };
-    for between in Between::all(classes.iter().map(|class| class.key)) {
+    for &between in &cut.between {
         let shared = shared_nodes(between, classes);
         if shared != 0 {
             all.push(Faces { between, shared, found: [[0.0; 64]; 5] });

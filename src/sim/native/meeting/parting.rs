@@ -7,7 +7,7 @@ use super::super::super::facing::{Between, Facing};
 use super::super::super::params::BLOCK;
 use super::super::super::tool::CUT_FRICTION;
 use super::super::grid_step::{GridReport, GridStep};
-use super::super::nodes::{ClassHere, Nodes, offset};
+use super::super::nodes::{ClassHere, Present, offset};
 use super::bounds::Meeting;
 use super::faces::{FacesAbout, FacesOf};
 use super::sides::{Divisions, Fields};
@@ -31,21 +31,21 @@ impl Parting {
     /// a bit each.
     pub(in super::super) fn update<'a>(
         &mut self,
-        classes: &mut [&mut Nodes],
-        present: &[ClassHere],
+        present: &mut Present<'_>,
         block: IVec3,
         (step, meeting): (&GridStep, &Meeting<'_>),
         (shared, faces_of): (u64, &'a FacesOf<'a>),
     ) -> GridReport {
         self.about.clear();
-        self.find_sheets(present, meeting);
+        self.find_sheets(present.classes, meeting);
+        let classes = present.classes;
         let (mut greatest, mut all) = (0.0, 0.0);
         for k in (0..64).filter(|k| shared >> k & 1 == 1) {
-            let here = || present.iter().enumerate().filter(|(_, class)| class.has >> k & 1 == 1);
+            let here = || classes.iter().enumerate().filter(|(_, class)| class.has >> k & 1 == 1);
             self.keys.clear();
             self.sums.clear();
             for (i, class) in here() {
-                let [x, y, z, mass, ..] = classes[i][k].0.map(f64::from);
+                let [x, y, z, mass, ..] = present.nodes(i)[k].0.map(f64::from);
                 self.keys.push(class.key);
                 self.sums.push((mass, DVec3::new(x, y, z)));
             }
@@ -55,7 +55,7 @@ impl Parting {
             }
             for ((i, _), leader) in here().zip(&self.leaders) {
                 let v = self.fields[usize::from(*leader)].1;
-                let q = &mut classes[i][k].0;
+                let q = &mut present.nodes(i)[k].0;
                 let inverse = if q[3] > 0.0 { 1.0 / q[3] } else { 0.0 };
                 q[4..7].iter_mut().for_each(|before| *before *= inverse);
                 q[..3].copy_from_slice(&v.as_vec3().to_array());
@@ -69,9 +69,9 @@ impl Parting {
     }
 
     /// The sheets of the classes and of the blades, each once, in order.
-    fn find_sheets(&mut self, present: &[ClassHere], meeting: &Meeting<'_>) {
+    fn find_sheets(&mut self, classes: &[ClassHere], meeting: &Meeting<'_>) {
         self.sheets.clear();
-        self.sheets.extend(present.iter().flat_map(|class| class.key.sides()).map(|side| side.0));
+        self.sheets.extend(classes.iter().flat_map(|class| class.key.sides()).map(|side| side.0));
         self.sheets.extend(meeting.tools.iter().filter(|t| t.blade.is_some()).map(|t| t.sheet));
         self.sheets.sort_unstable();
         self.sheets.dedup();

@@ -25,17 +25,18 @@ const DISPLACEMENT_F32: [f32; 4] = {
 pub(in super::super) struct Scratch {
     /// In front and behind, at the nodes of the block and two about it, in 8 x 8 rows.
     pub(super) masses: [[f32; 512]; 2],
-    terms: Rows<TERMS>,
+    /// Of the rows that stand along x of each other.
+    terms: [[[f32; 8]; TERMS]; 6],
     along_x: AlongX<TERMS>,
     sums: [[f32; 64]; TERMS],
 }
 
 impl Scratch {
-    #[expect(clippy::large_stack_arrays, reason = "52 of the 2048 KiB that a thread has, once")]
+    #[expect(clippy::large_stack_arrays, reason = "31 of the 2048 KiB that a thread has, once")]
     pub(in super::super) fn new() -> Box<Self> {
         Box::new(Self {
             masses: [[0.0; 512]; 2],
-            terms: [[[0.0; 8]; TERMS]; 36],
+            terms: [[[0.0; 8]; TERMS]; 6],
             along_x: [[[0.0; 8]; TERMS]; 24],
             sums: [[0.0; 64]; TERMS],
         })
@@ -47,12 +48,21 @@ in_lanes! {
     /// (`Facing::weighted`), by the masses in `scratch`.
     pub(super) fn find(found: &mut [[f32; 64]; 5], scratch: &mut Scratch, shared: u64) {
         let about = RowsAbout::new(shared);
-        for row in 0..36 {
-            if about.all >> row & 1 == 1 {
-                tell(&mut scratch.terms[row], &scratch.masses, row);
+        // Along x row by row, while what they tell is at hand.
+        for y in 0..6 {
+            for x in 0..6 {
+                if about.all >> (6 * x + y) & 1 == 1 {
+                    tell(&mut scratch.terms[x], &scratch.masses, 6 * x + y);
+                }
+            }
+            for x in 0..4 {
+                if about.along_x >> (6 * x + y) & 1 == 1 {
+                    let [before, here, after] = [0, 1, 2].map(|i| &scratch.terms[x + i]);
+                    sum_of_three(&mut scratch.along_x[6 * x + y], [before, here, after], 0.5);
+                }
             }
         }
-        sum_rows(&mut scratch.sums, &scratch.terms, &mut scratch.along_x, &about, 0.5);
+        sum_along_others(&mut scratch.sums, &scratch.along_x, &about, 0.5);
         for first in [0, 8, 16, 24, 32, 40, 48, 56] {
             let its = shared >> first & 0xff;
             if its != 0 {
@@ -65,7 +75,13 @@ in_lanes! {
 in_lanes! {
     /// Sums of what nodes have found over the 27 about each of the `shared`.
     pub(super) fn sum_found(sums: &mut [[f32; 64]; 5], found: &Rows<5>, shared: u64) {
-        sum_rows(sums, found, &mut [[[0.0; 8]; 5]; 24], &RowsAbout::new(shared), 1.0);
+        let (about, mut along_x) = (RowsAbout::new(shared), [[[0.0; 8]; 5]; 24]);
+        for row in 0..24 {
+            if about.along_x >> row & 1 == 1 {
+                sum_of_three(&mut along_x[row], [&found[row], &found[row + 6], &found[row + 12]], 1.0);
+            }
+        }
+        sum_along_others(sums, &along_x, &about, 1.0);
     }
 }
 
@@ -169,16 +185,11 @@ fn middle(masses: &[[f32; 512]; 2], at: usize, stride: usize) -> F8 {
     c * a * (a * (a * (p * a + q) + r) + s)
 }
 
-/// Sums over the 27 nodes about each node of some rows of a block; those off it count `beside` for each axis
-/// along which they are.
+/// Sums along y and z of those along x: over the 27 nodes about each node of some rows of a block. Those off
+/// it count `beside` for each axis along which they are.
 #[inline(always)]
-fn sum_rows<const N: usize>(sums: &mut [[f32; 64]; N], all: &Rows<N>, along_x: &mut AlongX<N>, about: &RowsAbout, beside: f32) {
+fn sum_along_others<const N: usize>(sums: &mut [[f32; 64]; N], along_x: &AlongX<N>, about: &RowsAbout, beside: f32) {
     // Each pass takes two planes of one axis away; the last one leaves every other four.
-    for row in 0..24 {
-        if about.along_x >> row & 1 == 1 {
-            sum_of_three(&mut along_x[row], [&all[row], &all[row + 6], &all[row + 12]], beside);
-        }
-    }
     let mut along_y = [[0.0; 8]; N];
     for row in 0..16 {
         if about.own >> row & 1 == 0 {

@@ -40,6 +40,12 @@ impl Column {
     }
 }
 
+/// Whether any wall stands in the block.
+pub(super) fn stand_in(block: IVec3, domain: &Domain) -> bool {
+    let (low, high) = domain.wall_nodes();
+    (low / BLOCK).cmpeq(block).any() || (high / BLOCK).cmpeq(block).any()
+}
+
 /// The columns of the walls that stand in the block, axis by axis.
 pub(super) fn columns(block: IVec3, domain: &Domain) -> Vec<Column> {
     let mut columns = vec![];
