@@ -264,6 +264,7 @@ fn find_cut(cut: &mut CutBlock, (slot, block): (usize, IVec3), tiles: &Tiles) ->
 }
 
 /// Adds up, for each node of `block`, the untagged clay of the 27 blocks around it, in a fixed order.
+#[inline]
 pub(super) fn sum_untagged(nodes: &mut Nodes, tiles: &Tiles, block: IVec3) {
     *nodes = [Node::default(); 64];
     for offset in NEIGHBOURS {

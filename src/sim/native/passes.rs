@@ -166,20 +166,19 @@ pub(super) fn scatter(
                 if hot.is_empty() {
                     continue;
                 }
-                let mut write = |tile: &mut Tile| {
-                    if is_gathered {
-                        s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
-                    } else {
-                        let velocity = arena(grid, &table, (w.index, w.block), key);
-                        clamped += s.at(w.block, Moment::End, |place| {
-                            kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
-                        });
-                    }
-                };
-                if key.is_first() {
-                    write(untagged);
-                } else if let Some(tile) = tagged.next() {
-                    tile.fill(scratch, write);
+                let tile = if key.is_first() { &mut *untagged } else { &mut **scratch };
+                if is_gathered {
+                    s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
+                } else {
+                    let velocity = arena(grid, &table, (w.index, w.block), key);
+                    clamped += s.at(w.block, Moment::End, |place| {
+                        kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
+                    });
+                }
+                if !key.is_first()
+                    && let Some(kept) = tagged.next()
+                {
+                    kept.fill(scratch);
                 }
             }
             (clamped, press.map(|press| press.report))

@@ -27,9 +27,8 @@ struct Reach {
 impl TaggedTile {
     pub(super) const EMPTY: Self = Self { key: ClassKey::FIRST, reach: Reach { rows: 0, layers: (0, 0) }, nodes: vec![] };
 
-    /// Takes what `write` leaves in the tile `all`.
-    pub(super) fn fill(&mut self, all: &mut Tile, write: impl FnOnce(&mut Tile)) {
-        write(all);
+    /// Takes what the tile `all` holds.
+    pub(super) fn fill(&mut self, all: &Tile) {
         find_reach(&mut self.reach, all);
         let (first, end) = self.reach.layers;
         self.nodes.clear();

@@ -50,7 +50,8 @@ pub(super) fn found<'a>(
                 if key.is_first() {
                     bring_all(&s.step, spot, hot, &mut class.eights, untagged);
                 } else if let Some(tile) = tagged.next() {
-                    tile.fill(scratch, |tile| bring_all(&s.step, spot, hot, &mut class.eights, tile));
+                    bring_all(&s.step, spot, hot, &mut class.eights, scratch);
+                    tile.fill(scratch);
                 }
                 find_yield_norms(s, spot, (hot, cold), &mut class.eights);
                 find_clearances(near.as_ref(), (hot, cold), class);

@@ -35,7 +35,7 @@ const BLADE_BUDGETS: [Budget; 2] = [
     Budget { speed: 0.1, pace: Pace { travel: 0.5 * SAMPLE, passes: 12 }, passes: 120.0, force: 3.0, way: None },
 ];
 
-/// Change of the clay's volume [%], at most.
+/// Greatest change of the clay's volume off that of the reference [%], at most.
 const SWELLING: f64 = 0.5;
 /// Jitter of the force from frame to frame [%], at most.
 const JITTER: f64 = 3.0;
@@ -89,7 +89,9 @@ impl Job {
             Some(limit) => judged(way_name, way, limit, own[1]),
             None => Row::figure(way_name, way, "%"),
         });
-        rows.push(Row::at_most(format!("{name}: volume off by"), percent(run.swelling), "%", SWELLING));
+        // Clay that is pressed gives way in volume too.
+        let volume = percent((run.swelling - reference.fine.swelling).abs());
+        rows.push(Row::at_most(format!("{name}: volume off by"), volume, "%", SWELLING));
         // Of frames: at higher speeds they are few.
         if frame_travel(self.stroke.speed) <= SAMPLE {
             let jitter = percent(jitter(&run.forces, self.range));
