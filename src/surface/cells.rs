@@ -255,7 +255,8 @@ impl<const NODES: usize> CellTile<NODES> {
                 continue;
             }
             self.labels[node].set_outside();
-            (self.closure[node], self.own[node]) = (0.0, self.alone[node]);
+            // As much as there may be without being inside: the surface stays where all clay ends.
+            self.own[node] = self.iso;
         }
     }
 

@@ -145,12 +145,11 @@ fn is_held(node: vec3i, part: Part) -> bool {
     return false;
 }
 
-fn label_node(slot: u32, j: u32, seen: f32) {
-    var closure = seen;
+fn label_node(slot: u32, j: u32, closure: f32) {
     var part = part_at(slot, j, closure);
     if part.own > params.iso && part.alone <= params.iso && !is_held(local_node(j), part) {
-        part.own = part.alone;
-        closure = 0.0;
+        // As much as there may be without being inside: the surface stays where all clay ends.
+        part.own = params.iso;
     }
     // To Equation 9 a cut makes values, and parts nothing.
     if params.method == 1u {
