@@ -9,7 +9,7 @@ use super::grid_step::{GridReport, GridStep};
 use super::joint::{joint, plain};
 use super::kernel::Tile;
 use super::meeting::{self, Faces, Meeting, Parting, Scratch};
-use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, Present, Source, for_shared_nodes};
+use super::nodes::{ClassMasses, CutBlock, Ghosts, Nodes, Present, Source, bits, for_shared_nodes, node_masses};
 use super::simd::Node;
 use super::state::{ITSELF, NEIGHBOURS, State, Table};
 use super::tagged::{self, TaggedTile};
@@ -96,7 +96,10 @@ impl Grid {
                     return GridReport::default();
                 }
                 sum_untagged(nodes, tiles, block);
-                if step.imposed.is_some() || meeting.concerns(block) {
+                if bits(&node_masses(nodes)) == 0 {
+                    // Beside the clay, and most of the blocks at walls.
+                    GridReport::default()
+                } else if step.imposed.is_some() || meeting.concerns(block) {
                     meeting::update(nodes, None, block, (step, meeting), &|_| None)
                 } else {
                     plain(nodes, step)
@@ -209,6 +212,9 @@ impl Grid {
             tagged::sum(cut, &tiles.tagged);
             meeting::find_masses(masses, nodes, cut, block, step, meeting);
             cut.ghosts.clear();
+            if masses.classes.is_empty() && !meeting.cutting.has_ghosts() {
+                return Some(GridReport::default());
+            }
             let is_joint = is_apart(block) && !meeting::may_meet(&masses.classes);
             is_joint.then(|| joint(&mut Present { untagged: nodes, tagged: &mut cut.nodes, classes: &masses.classes }, step, !0))
         };

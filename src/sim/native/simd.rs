@@ -379,11 +379,12 @@ impl Pairs for Wide {
     }
 }
 
-/// Whether this processor has AVX2 and FMA.
+/// Whether this processor has AVX2, FMA and POPCNT.
 pub(super) fn has_fma() -> bool {
     #[cfg(target_arch = "x86_64")]
     {
-        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        use std::arch::is_x86_feature_detected as detected;
+        detected!("avx2") && detected!("fma") && detected!("popcnt")
     }
     #[cfg(not(target_arch = "x86_64"))]
     false
@@ -399,14 +400,14 @@ macro_rules! in_lanes {
             fn plain($($arg: $type),*) $(-> $ret)? $body
 
             #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2,fma")]
+            #[target_feature(enable = "avx2,fma,popcnt")]
             fn wide($($arg: $type),*) $(-> $ret)? {
                 plain($($arg),*)
             }
 
             #[cfg(target_arch = "x86_64")]
             if $crate::sim::native::simd::has_fma() {
-                // SAFETY: AVX2 and FMA were detected.
+                // SAFETY: AVX2, FMA and POPCNT were detected.
                 return unsafe { wide($($arg),*) };
             }
             plain($($arg),*)

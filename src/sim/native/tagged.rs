@@ -31,10 +31,8 @@ impl TaggedTile {
     pub(super) fn fill(&mut self, all: &Tile) {
         find_reach(&mut self.reach, all);
         let (first, end) = self.reach.layers;
-        self.nodes.clear();
-        for row in (0..TILE * TILE).filter(|row| self.reach.rows >> row & 1 == 1) {
-            self.nodes.extend_from_slice(&all.0[8 * row + first..8 * row + end]);
-        }
+        self.nodes.resize(self.reach.rows.count_ones() as usize * (end - first), Node::default());
+        take_rows(&mut self.nodes, all, self.reach);
     }
 
     /// Adds what it has of the nodes of a block whose neighbour of this number it belongs to. Returns whether
@@ -71,6 +69,22 @@ in_lanes! {
             }
         }
         *reach = Reach { rows, layers: (first, end) };
+    }
+}
+
+in_lanes! {
+    /// Takes those rows of a tile that hold anything.
+    fn take_rows(nodes: &mut [Node], all: &Tile, reach: Reach) {
+        let ((first, end), mut rows) = (reach.layers, reach.rows);
+        for nodes in nodes.chunks_exact_mut((end - first).max(1)) {
+            let row = 8 * rows.trailing_zeros() as usize;
+            rows &= rows.wrapping_sub(1);
+            for (to, from) in nodes.iter_mut().zip(&all.0[row + first..row + end]) {
+                for d in 0..8 {
+                    to.0[d] = from.0[d];
+                }
+            }
+        }
     }
 }
 

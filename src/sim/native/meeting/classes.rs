@@ -97,8 +97,12 @@ pub(in super::super) fn find_masses(
             all.masses.push(masses);
         }
     };
+    let untagged = node_masses(nodes);
+    if bits(&untagged) == 0 && cut.has.iter().all(|has| *has == 0) {
+        return;
+    }
     if !stand_in(block, meeting.domain) {
-        add(0, ClassKey::FIRST, node_masses(nodes));
+        add(0, ClassKey::FIRST, untagged);
         for (i, (key, nodes)) in cut.keys.iter().zip(&cut.nodes).enumerate().filter(|(i, _)| cut.has[*i] != 0) {
             add(i + 1, *key, node_masses(nodes));
         }

@@ -6,7 +6,7 @@ use super::super::super::facing::{Between, Facing};
 use super::super::super::params::BLOCK;
 use super::super::nodes::{ClassHere, ClassMasses, CutBlock, local};
 use super::super::state::{ITSELF, NEIGHBOURS};
-use super::terms::{Rows, Scratch, find, sum_found};
+use super::terms::{Rows, RowsAbout, Scratch, find, sum_found};
 use glam::IVec3;
 
 /// What the nodes of a block find of two sides that meet there, as it counts in a mean
@@ -69,20 +69,29 @@ fn shared_nodes(between: Between, classes: &[ClassHere]) -> u64 {
 impl Faces {
     fn find<'a>(&mut self, masses_of: &MassesOf<'a>, scratch: &mut Scratch) {
         scratch.masses = [[0.0; 512]; 2];
+        let rows = RowsAbout::new(self.shared).of_masses();
         for (n, within) in WITHIN[1].iter().enumerate() {
             let Some(all) = masses_of(n) else { continue };
             for (class, masses) in all.classes.iter().zip(&all.masses).filter(|(class, _)| class.has & within != 0) {
-                if let Some(is_front) = self.between.is_front(class.key) {
-                    let to = &mut scratch.masses[usize::from(!is_front)];
-                    for_rows::<2>(n, class.has, |row, z, k, count| {
-                        let (to, from) = (&mut to[row * 8 + z..][..count], &masses[k..][..count]);
-                        to.iter_mut().zip(from).for_each(|(sum, mass)| *sum += mass);
-                    });
+                let Some(is_front) = self.between.is_front(class.key) else { continue };
+                let to = &mut scratch.masses[usize::from(!is_front)];
+                match NEIGHBOURS[n].z {
+                    0 => add_masses::<4>(to, n, (rows, class.has), masses),
+                    _ => add_masses::<2>(to, n, (rows, class.has), masses),
                 }
             }
         }
         find(&mut self.found, scratch, self.shared);
     }
+}
+
+/// Adds what a neighbour's nodes have, `N` of each row of these.
+fn add_masses<const N: usize>(to: &mut [f32; 512], neighbour: usize, (rows, has): (u64, u64), masses: &[f32; 64]) {
+    for_rows::<2, N>(neighbour, (rows, has), |row, z, k| {
+        if let (Some(to), Some(from)) = (to[row * 8 + z..].first_chunk_mut::<N>(), masses[k..].first_chunk::<N>()) {
+            (0..N).for_each(|i| to[i] += from[i]);
+        }
+    });
 }
 
 /// What two sides were found to be about each node of a block: sums over the 27 nodes.
@@ -95,14 +104,14 @@ impl FacesAbout {
     /// About those nodes at which some meet, `shared`, a bit each.
     pub(super) fn new(between: Between, faces_of: &FacesOf<'_>, shared: u64) -> Self {
         let (mut found, mut sums): (Rows<5>, _) = ([[[0.0; 8]; 5]; 36], [[0.0; 64]; 5]);
+        let rows = RowsAbout::new(shared).all;
         for (n, within) in WITHIN[0].iter().enumerate() {
             let all = faces_of(n).unwrap_or_default();
             let Some(faces) = all.iter().find(|f| f.between == between && f.shared & within != 0) else { continue };
-            for_rows::<1>(n, faces.shared, |row, z, k, count| {
-                for (to, from) in found[row].iter_mut().zip(&faces.found) {
-                    to[z..][..count].copy_from_slice(&from[k..][..count]);
-                }
-            });
+            match NEIGHBOURS[n].z {
+                0 => copy_found::<4>(&mut found, n, rows, faces),
+                _ => copy_found::<1>(&mut found, n, rows, faces),
+            }
         }
         sum_found(&mut sums, &found, shared);
         Self { between, sums }
@@ -112,6 +121,17 @@ impl FacesAbout {
     pub(super) fn mean(&self, k: usize) -> Option<Facing> {
         Facing::mean(self.sums.each_ref().map(|sum| f64::from(sum[k])))
     }
+}
+
+/// Copies what a neighbour's nodes have found, `N` of each row of these.
+fn copy_found<const N: usize>(to: &mut Rows<5>, neighbour: usize, rows: u64, faces: &Faces) {
+    for_rows::<1, N>(neighbour, (rows, faces.shared), |row, z, k| {
+        for (to, from) in to[row].iter_mut().zip(&faces.found) {
+            if let (Some(to), Some(from)) = (to[z..].first_chunk_mut::<N>(), from[k..].first_chunk::<N>()) {
+                *to = *from;
+            }
+        }
+    });
 }
 
 /// The nodes of each neighbour that are one or two off the block: a bit each.
@@ -141,11 +161,15 @@ const fn within(ring: i32) -> [u64; 27] {
     all
 }
 
-/// Calls `each` with the rows along z of a neighbour that are among the `RING` about a block and have any of
-/// these nodes: the row's number in the block and those about it, where in rows of 8 it begins, the first
-/// node, and how many follow it.
+/// Calls `each` with those of these rows along z, a bit each, of the `RING` about a block that a neighbour
+/// has `N` nodes of, where it has any of these nodes: the row's number, where in rows of 8 its part begins,
+/// and the first node of it.
 #[inline(always)]
-fn for_rows<const RING: i32>(neighbour: usize, nodes: u64, mut each: impl FnMut(usize, usize, usize, usize)) {
+fn for_rows<const RING: i32, const N: usize>(
+    neighbour: usize,
+    (rows, nodes): (u64, u64),
+    mut each: impl FnMut(usize, usize, usize),
+) {
     let offset = NEIGHBOURS[neighbour];
     let [x, y, z] = offset.to_array().map(|o| range(o, RING));
     let first = (z.0 + BLOCK * offset.z + 2) as usize;
@@ -153,13 +177,8 @@ fn for_rows<const RING: i32>(neighbour: usize, nodes: u64, mut each: impl FnMut(
         for j in y.0..y.1 {
             let k = local(i, j, z.0);
             let row = (i + BLOCK * offset.x + RING) * (BLOCK + 2 * RING) + j + BLOCK * offset.y + RING;
-            // Of a known length, for the compiler.
-            if offset.z == 0 {
-                if nodes >> k & 15 != 0 {
-                    each(row as usize, first, k, BLOCK as usize);
-                }
-            } else if nodes >> k & ((1 << RING) - 1) != 0 {
-                each(row as usize, first, k, RING as usize);
+            if rows >> row & 1 == 1 && nodes >> k & ((1 << N) - 1) != 0 {
+                each(row as usize, first, k);
             }
         }
     }

@@ -86,18 +86,18 @@ in_lanes! {
 }
 
 /// Which rows the sums at some nodes take: a bit each.
-struct RowsAbout {
+pub(super) struct RowsAbout {
     /// Of the 4 x 4 of the block.
     own: u64,
     /// Of the 4 x 6 sums along x.
     along_x: u64,
     /// Of all 6 x 6.
-    all: u64,
+    pub(super) all: u64,
 }
 
 impl RowsAbout {
     #[inline(always)]
-    fn new(nodes: u64) -> Self {
+    pub(super) fn new(nodes: u64) -> Self {
         let mut about = Self { own: 0, along_x: 0, all: 0 };
         for row in 0..16 {
             if nodes >> (4 * row) & 15 != 0 {
@@ -108,13 +108,22 @@ impl RowsAbout {
         about.all = about.along_x | about.along_x << 6 | about.along_x << 12;
         about
     }
+
+    /// Of the 8 x 8 rows whose masses those of all 6 x 6 tell by: them and those beside them.
+    pub(super) fn of_masses(&self) -> u64 {
+        let mut own = 0;
+        for x in 0..6 {
+            own |= (self.all >> (6 * x) & 0x3f) << (8 * x + 9);
+        }
+        own | own << 1 | own >> 1 | own << 8 | own >> 8
+    }
 }
 
-/// Numbers where both sides have clay, else 0.
+/// Numbers where the bits are set, else 0. A choice would have each of them worked out by itself.
 #[inline(always)]
-fn where_both(is_both: &[bool; 8], mut of: F8) -> F8 {
+fn masked(bits: &[u32; 8], mut of: F8) -> F8 {
     for z in 0..8 {
-        of.0[z] = if is_both[z] { of.0[z] } else { 0.0 };
+        of.0[z] = f32::from_bits(of.0[z].to_bits() & bits[z]);
     }
     of
 }
@@ -130,22 +139,23 @@ fn tell(terms: &mut [[f32; 8]; TERMS], masses: &[[f32; 512]; 2], row: usize) {
     for i in 0..8 {
         terms[i] = told[i].0;
     }
-    let (mut is_both, mut any) = ([false; 8], false);
+    // All bits where both sides have clay.
+    let (mut both, mut any) = ([0; 8], 0);
     for z in 0..8 {
-        is_both[z] = f.0[z].min(b.0[z]) > 0.0;
-        any |= is_both[z];
+        both[z] = if f.0[z].min(b.0[z]) > 0.0 { !0 } else { 0 };
+        any |= both[z];
     }
     // Of most rows about a cut one side alone has clay.
-    if !any {
+    if any == 0 {
         terms[8..].fill([0.0; 8]);
         return;
     }
-    let px = where_both(&is_both, middle(masses, at, 64)) + x;
-    let py = where_both(&is_both, middle(masses, at, 8)) + y;
-    let pz = where_both(&is_both, middle(masses, at, 1)) + Z;
-    let w = where_both(&is_both, f * b / (f + b));
+    let px = masked(&both, middle(masses, at, 64)) + x;
+    let py = masked(&both, middle(masses, at, 8)) + y;
+    let pz = masked(&both, middle(masses, at, 1)) + Z;
+    let w = masked(&both, f * b / (f + b));
     let mut share = F8::ZERO;
-    for z in (1..7).filter(|z| is_both[*z]) {
+    for z in (1..7).filter(|z| both[*z] != 0) {
         share.0[z] = (f.0[z] / b.0[z]).ln();
     }
     let ws = w * share;
