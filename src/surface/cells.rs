@@ -2,6 +2,7 @@
 //! what is on the edges.
 
 mod normals;
+pub(crate) mod rims;
 
 use super::bodies::BodyField;
 use super::closure::with_others;
@@ -380,8 +381,10 @@ impl<const NODES: usize> CellTile<NODES> {
     /// - Both ends inside: both lips are pinned to the sheet, the zero of (P - M) / (P + M), or to the mean
     ///   of several, or to where two bodies have as much clay. They coincide, until the clay opens by more
     ///   than the edge.
-    /// - A lip whose other end is outside: where a value of the kept side is the threshold, or the sheet, of
-    ///   all the nearest to the kept end.
+    /// - A lip whose other end is outside: where a value of the kept side is the threshold, or the sheet, a
+    ///   little beyond it if closed, of all the nearest to the kept end.
+    ///
+    /// At rims vertices stand beside their edges: see [`Self::point`].
     pub(crate) fn crossing(&self, low: usize, axis: usize) -> f64 {
         let high = low + Self::STEPS[axis];
         let t = if self.is_plain() {
@@ -434,15 +437,16 @@ impl<const NODES: usize> CellTile<NODES> {
         }
         if label.is_of_other_body(across) {
             let (a, b) = (self.value_seen(kept, label), self.value_seen(other, label));
-            let face = self.body_crossing(kept, other);
+            let face = self.lip_end((self.whole(label.body), self.whole(across.body)), kept, other);
             return if b <= self.iso { face.min(self.crossing_of(a, b)) } else { face };
         }
         let mut nearest = 1.0f64;
         for sheet in label.parting(across) {
             let side = label.owners().find(|o| o.0 == sheet).map_or(0, |o| o.1);
-            let sheet = (label.body, sheet);
-            let (a, b) = (self.side_value(kept, sheet, side), self.side_value(other, sheet, side));
-            nearest = nearest.min(self.sheet_crossing(sheet, kept, other));
+            let Some(tile) = self.sheet(label.body, sheet) else { continue };
+            let (a, b) = (self.value_closed(tile, kept, side), self.value_closed(tile, other, side));
+            let sides = if side > 0 { (&tile.front[..], &tile.back[..]) } else { (&tile.back[..], &tile.front[..]) };
+            nearest = nearest.min(self.lip_end(sides, kept, other));
             if a > self.iso && b <= self.iso {
                 nearest = nearest.min(self.crossing_of(a, b));
             }
@@ -467,12 +471,9 @@ impl<const NODES: usize> CellTile<NODES> {
     }
 }
 
-/// World position of a point of an edge \[m\].
-pub(crate) fn position(field: &Field, node: IVec3, axis: usize, t: f64) -> [f32; 3] {
-    let mut at = node.as_dvec3();
-    at[axis] += t;
-    let world: DVec3 = field.origin + field.spacing * at;
-    world.as_vec3().to_array()
+/// World position \[m\] of a point that is so far from a node \[nodes\].
+pub(crate) fn position(field: &Field, node: IVec3, point: DVec3) -> [f32; 3] {
+    (field.origin + field.spacing * (node.as_dvec3() + point)).as_vec3().to_array()
 }
 
 /// Whether what is at some slots is at a block or one beside it.

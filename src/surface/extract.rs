@@ -103,7 +103,7 @@ impl Block<'_> {
                 self.mesh.shared.push((number, index));
             }
             let t = self.tile.crossing(low, axis);
-            self.mesh.positions.push(position(self.field, node, axis, t));
+            self.mesh.positions.push(position(self.field, node, self.tile.point(low, axis, t)));
             if self.normals {
                 let normal = self.tile.normal(low, axis, variant, t);
                 self.mesh.normals.push(normal.try_normalize().unwrap_or(glam::Vec3::Y).to_array());

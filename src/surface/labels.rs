@@ -33,7 +33,7 @@
 //! 6. **Vertices**: an edge is *split* if its ends are inside and of different bodies of each of its four
 //!    cells. A split edge has one vertex per end that is kept, all others have one that bodies share. So lips
 //!    are welded at the crack front.
-//! 7. **Place of a vertex**: see `CellTile::crossing`. **Caps**: see `caps.rs`.
+//! 7. **Place of a vertex**: see `CellTile::crossing` and `CellTile::point`. **Caps**: see `caps.rs`.
 //!
 //! Rules 0 to 2 look at one node, 3 at those about it, 4 and 5 at one cell, 6 at the cells of one edge:
 //! blocks that have these in common see them alike, whatever else they hold, and so their meshes agree on

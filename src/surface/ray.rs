@@ -3,9 +3,9 @@
 //! The ray passes over blocks that hold nothing, and goes cell by cell through the others. A cell on whose
 //! corners the own value (rule 3 of [`super::labels`]) is above the threshold and below it holds surface:
 //! there, and nowhere else, the triangles are made that the extractor makes of that cell, and the ray is cut
-//! with them. So a pointer meets what a mesh of the same fields shows, to rounding, open lips and crack
-//! fronts too. The root of a trilinear interpolant would stand beside the lips of a cut: a corner on the
-//! other side of it has that side's value.
+//! with them; at lips also those of the cells about it, which may reach into it. So a pointer meets what a
+//! mesh of the same fields shows, to rounding, open lips and crack fronts too. The root of a trilinear
+//! interpolant would stand beside the lips of a cut: a corner on the other side of it has that side's value.
 //!
 //! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so
 //! narrow that f stays above the threshold, it passes as if the clay were whole.
@@ -13,7 +13,7 @@
 use super::cells::{Near, OneCellTile};
 use super::extract::{EdgeEnd, triangles};
 use super::field::{Field, SurfaceSettings};
-use super::grid::BLOCK;
+use super::grid::{BLOCK, neighbours};
 use super::labels::Rules;
 use glam::{DVec3, IVec3, Vec3};
 
@@ -31,6 +31,8 @@ pub struct RayHit {
 /// How far beyond its edges a triangle is hit, in parts of its edges: no ray slips through between two of
 /// them by rounding.
 const EDGE_MARGIN: f64 = 1e-9;
+/// How far beyond a cell's sides a triangle counts as met in it \[node spacings\].
+const CELL_MARGIN: f64 = 1e-6;
 /// Least area of a triangle across the ray, twice [node spacings^2]: below it the triangle is seen edge-on.
 const AREA_MIN: f64 = 1e-12;
 
@@ -58,10 +60,7 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
             if inside == 0 || is_within || (inside == 8 && near.is_empty()) {
                 continue;
             }
-            if !tile.load(field, (block, cell - block * BLOCK), &near) {
-                continue;
-            }
-            if let Some((distance, normal)) = line.first_front(&tile, cell) {
+            if let Some((distance, normal)) = line.first_front_in(field, &mut tile, (block, &near), cell) {
                 let distance = distance * field.spacing;
                 return Some(RayHit { point: origin + line.way * distance, normal, distance });
             }
@@ -78,15 +77,49 @@ struct Line {
 }
 
 impl Line {
+    /// The nearest triangle that is seen from its front as the ray passes a cell: one of the cell's own, or,
+    /// at lips, whose last vertices stand beside their edges, of one beside it.
+    fn first_front_in(
+        &self,
+        field: &Field,
+        tile: &mut OneCellTile,
+        (block, near): (IVec3, &Near<'_>),
+        cell: IVec3,
+    ) -> Option<(f64, Vec3)> {
+        if !tile.load(field, (block, cell - block * BLOCK), near) {
+            return None;
+        }
+        let own = self.first_front(tile, cell);
+        if !tile.is_at_lips() {
+            return own;
+        }
+        // What is met in another cell is found there, or was.
+        let is_in_cell = |hit: &(f64, Vec3)| {
+            let from_low = self.start + self.way * hit.0 - cell.as_dvec3();
+            from_low.cmpge(DVec3::splat(-CELL_MARGIN)).all() && from_low.cmple(DVec3::splat(1.0 + CELL_MARGIN)).all()
+        };
+        let beside = neighbours().filter(|d| *d != IVec3::ZERO).filter_map(|d| {
+            let (cell, block_of_it) = (cell + d, (cell + d).map(|c| c.div_euclid(BLOCK)));
+            field.grid.slot(block_of_it)?;
+            let at = (block_of_it, cell - block_of_it * BLOCK);
+            let is_loaded = if block_of_it == block {
+                tile.load(field, at, near)
+            } else {
+                tile.load(field, at, &Near::new(field, block_of_it))
+            };
+            if is_loaded { self.first_front(tile, cell) } else { None }
+        });
+        own.into_iter().chain(beside).filter(is_in_cell).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// The nearest triangle of a cell that is seen from its front: distance \[node spacings\] and normal.
     fn first_front(&self, tile: &OneCellTile, cell: IVec3) -> Option<(f64, Vec3)> {
         let low = OneCellTile::cells().next()?;
         let mut nearest: Option<([EdgeEnd; 3], Crossing)> = None;
         triangles(tile, low, |ends| {
             let at = ends.map(|end| {
-                let mut at = (cell + OneCellTile::node_offset(end.low)).as_dvec3();
-                at[end.axis] += tile.crossing(end.low, end.axis);
-                at
+                let node = cell + OneCellTile::node_offset(end.low);
+                node.as_dvec3() + tile.point(end.low, end.axis, tile.crossing(end.low, end.axis))
             });
             if let Some(crossing) = self.crossing(at)
                 && nearest.as_ref().is_none_or(|(_, n)| crossing.distance < n.distance)

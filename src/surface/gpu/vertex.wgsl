@@ -87,6 +87,31 @@ fn body_crossing(a: vec3i, b: vec3i) -> f32 {
     return zero_between(vec2f(whole_at(a, own), whole_at(a, other)), vec2f(whole_at(b, own), whole_at(b, other)));
 }
 
+// Where the lip of the kept end ends at the sheet; f is what there is of its own and of the other's.
+fn lip_end(kept: vec3i, other: vec3i, f_kept: vec2f, f_other: vec2f) -> f32 {
+    let reach = LIP_REACH * min(closure_at(kept), closure_at(other));
+    let q_kept = (f_kept.x - f_kept.y) / (f_kept.x + f_kept.y) + reach;
+    let q_other = (f_other.x - f_other.y) / (f_other.x + f_other.y) + reach;
+    if q_other >= 0.0 { return 1.0; }
+    return q_kept / (q_kept - q_other);
+}
+
+// The same of a sheet, from the side that a label's word names, and of two bodies.
+fn lip_end_at_sheet(body: u32, word: u32, kept: vec3i, other: vec3i) -> f32 {
+    let s = sheet_number(body, word >> 1u);
+    let own = 2u * s + select(2u, 1u, (word & 1u) == 1u);
+    let others = 4u * s + 3u - own;
+    let f_kept = vec2f(field_at(kept, own), field_at(kept, others));
+    return lip_end(kept, other, f_kept, vec2f(field_at(other, own), field_at(other, others)));
+}
+
+fn lip_end_at_body(kept: vec3i, other: vec3i) -> f32 {
+    let own = body_at(kept);
+    let others = body_at(other);
+    let f_kept = vec2f(whole_at(kept, own), whole_at(kept, others));
+    return lip_end(kept, other, f_kept, vec2f(whole_at(other, own), whole_at(other, others)));
+}
+
 fn zero_between(fa: vec2f, fb: vec2f) -> f32 {
     let qa = (fa.x - fa.y) / (fa.x + fa.y);
     let qb = (fb.x - fb.y) / (fb.x + fb.y);
@@ -122,7 +147,7 @@ fn lip_crossing(kept: vec3i, other: vec3i) -> f32 {
     if are_of_two(body, body_at(other)) {
         let a = value_beside(kept, body, label, 0u);
         let b = value_beside(other, body, label, 0u);
-        let face = body_crossing(kept, other);
+        let face = lip_end_at_body(kept, other);
         return select(face, min(face, crossing_of(a, b)), b <= params.iso);
     }
     if !is_parted(label, across) { return crossing_of(own_at(kept), own_at(other)); }
@@ -132,7 +157,7 @@ fn lip_crossing(kept: vec3i, other: vec3i) -> f32 {
         if word == 0u || !has_word(across, word ^ 1u) { continue; }
         let a = value_of_side(kept, body, word);
         let b = value_of_side(other, body, word);
-        nearest = min(nearest, sheet_crossing(body, word, kept, other));
+        nearest = min(nearest, lip_end_at_sheet(body, word, kept, other));
         if a > params.iso && b <= params.iso { nearest = min(nearest, crossing_of(a, b)); }
     }
     let a = value_beside(kept, body, label, across);

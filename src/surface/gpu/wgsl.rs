@@ -2,6 +2,7 @@
 
 use super::super::balls::{Ball, ROUND_MAX};
 use super::super::cells::CROSSING_MIN;
+use super::super::cells::rims::LIP_REACH;
 use super::super::closure::{CLAY_CLOSED, CLAY_OPEN, FACE_SHARE, PART_SHARE, SEVERAL};
 use super::super::clusters::{CLUSTER_MIN, GRAIN_DENSITY, GRAIN_FIELD};
 use super::super::field::{BULK_DENSITY, DENSITY_MIN, HYSTERESIS, SURFACE_DENSITY};
@@ -36,6 +37,7 @@ const LABELS: &str = include_str!("labels.wgsl");
 const TILE: &str = include_str!("tile.wgsl");
 const WALK: &str = include_str!("walk.wgsl");
 const VERTEX: &str = include_str!("vertex.wgsl");
+const RIMS: &str = include_str!("rims.wgsl");
 const BALL: &str = include_str!("ball.wgsl");
 
 macro_rules! passes {
@@ -84,7 +86,7 @@ passes! {
     Bodies = "bodies" "bodies" [TABLE, LABELS, LISTS, TILE];
     Count = "count" "count" [TABLE, LISTS, TILE, WALK];
     Offsets = "offsets" "offsets" [BALL];
-    Emit = "emit" "emit" [TABLE, LABELS, LISTS, BODIES, TILE, WALK, VERTEX];
+    Emit = "emit" "emit" [TABLE, LABELS, LISTS, BODIES, TILE, WALK, VERTEX, RIMS];
     Balls = "balls" "balls" [PARTICLES, BALL];
     Tail = "tail" "tail" [];
 }
@@ -125,6 +127,7 @@ pub(super) fn compose(pass: &Pass) -> String {
         ("SURFACE_DENSITY", SURFACE_DENSITY),
         ("DENSITY_MIN", DENSITY_MIN),
         ("CROSSING_MIN", CROSSING_MIN as f32),
+        ("LIP_REACH", LIP_REACH as f32),
         ("GRAIN_DENSITY", GRAIN_DENSITY),
         ("GRAIN_FIELD", GRAIN_FIELD),
         ("BULK_DENSITY", BULK_DENSITY),

@@ -99,7 +99,7 @@ fn write_vertex(block: vec3i, place: u32, at: u32) {
     let variant = select(1u + (place & 1u), 0u, is_plain);
     let t = crossing(low, axis);
     let node = 8 * block + low;
-    let position = params.origin + params.spacing * (vec3f(node) + t * vec3f(axis_vector(axis)));
+    let position = params.origin + params.spacing * (vec3f(node) + point_of(low, axis, t));
     let slope = normal_at(low, axis, variant, t);
     let size = length(slope);
     let normal = select(vec3f(0.0, 1.0, 0.0), slope / size, size > 1e-20);

@@ -16,7 +16,7 @@ fn tag(side: i8) -> u32 {
 
 /// At rest the lips of full cuts lie on each other: mean distance along the normal, over the parts away from
 /// the cube's faces. Measured: 0.0002 cells apart, rms off the plane 0.024 to 0.030, worst vertex 0.11 (0.30
-/// with lips midway between nodes). At the rims of a cut that is oblique to the cube's face 0.33: there is
+/// with lips midway between nodes). At the rims of a cut that is oblique to the cube's face 0.36: there is
 /// less clay in the acute side's corner than in the other's, and where they are equal is not in the plane.
 #[test]
 fn lips_of_a_cut_at_rest_touch() {
@@ -71,15 +71,16 @@ fn fronts(rules: &Rules) -> (Vec<f64>, f32) {
 }
 
 /// A partial cut ends where the tags end, and its lips are welded there without caps along the front.
-/// Measured: -0.11 to 0.38 cells. Longest edge 0.86 cells; 12.3 with lips that are not welded at the front.
+/// Measured: -0.11 to 0.38 cells. Longest edge 1.12 cells, at a rim; 12.3 with lips that are not welded at
+/// the front.
 #[test]
 fn crack_front_stands_where_the_tags_end() {
     let rules = Rules::new(CutMethod::TwoSided);
     let (ends, longest) = fronts(&rules);
     assert!(ends.iter().all(|e| e.abs() <= 0.75), "{ends:?} cells");
-    // The diagonal of a cell of the visual grid is 0.87 cells; a cap over a whole unwelded front would be
-    // longer.
-    assert!(f64::from(longest) <= 0.9 * CELL, "{longest} m");
+    // The diagonal of a cell of the visual grid is 0.87 cells, and 1.22 where a vertex stands a node beside
+    // its edge, at a rim; a cap over a whole unwelded front would be longer.
+    assert!(f64::from(longest) <= 1.25 * CELL, "{longest} m");
     // The way that failed, any trace of a tag making an owner: the cut runs ahead of its tags.
     let (ends, _) = fronts(&Rules { owner_share: 0.05, ..rules });
     assert!(ends.iter().all(|e| *e < -0.75), "{ends:?} cells");

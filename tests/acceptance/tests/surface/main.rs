@@ -6,5 +6,6 @@ mod fields;
 mod files;
 mod lips;
 mod ray;
+mod rims;
 mod sphere;
 mod whole;
