@@ -2,6 +2,7 @@
 //! refuse.
 
 use bevy_clay::sim::prelude::*;
+use clay_acceptance::cases::implicit::{Pace, SAMPLE, Shape, Stroke, Way};
 use clay_acceptance::cases::{
     blade, contact, elastic, input, law, methods, motion, press, published, robust, slide, slump, stability, storage, strip, work,
 };
@@ -31,6 +32,15 @@ fn turning_block_keeps_its_angular_momentum() {
 #[test]
 fn bodies_are_stable_up_to_the_time_step_limit() {
     assert_within_limits(&stability::step_limit(Size::Test));
+}
+
+/// Nodes of little clay about a ball that sticks go far in steps that many passes solve, and take no
+/// particle along: frames run as planned.
+#[test]
+fn nodes_that_run_away_give_up_no_step() {
+    let (contact, material) = (Contact::Stick, Preset::SoftClay.material());
+    let stroke = Stroke { shape: Shape::Ball(4.0), contact, material, speed: 0.02, depth: 2.0 };
+    assert!(stroke.press(Way::Implicit(Pace { travel: SAMPLE, passes: 60 })).is_sound);
 }
 
 #[test]

@@ -50,7 +50,9 @@ use std::time::Instant;
 use tile::Rows;
 use vectors::{Block3, Vector, dot, dot_of, for_each, for_each_pair, sum_over};
 
-/// Greatest way of a node in a step \[cells\]: particles' stencils stand half of it away from their cells.
+/// Greatest way of a particle in a step \[cells\]: its stencil stands half of it away from its cell. Nodes may
+/// go further: about a ball of 4 cells that sticks, those with a hundredth of a cell's mass went 1.5 cells in
+/// steps of 0.22, with 60 passes, and particles as far as the ball.
 const WAY_MAX: f32 = 1.5;
 
 /// Buffers that are kept from step to step.
@@ -265,10 +267,10 @@ impl System<'_> {
         self.set_rows();
         let mut report = StepReport::default();
         self.book(&mut report);
-        if report.grid.speed_max > WAY_MAX {
+        let (clamped, way, mut felt) = self.pass.end(self.state, self.classes, self.rows);
+        if way > WAY_MAX {
             return Err(Health::SPEED);
         }
-        let (clamped, mut felt) = self.pass.end(self.state, self.classes, self.rows);
         report.unbalanced += self.balance_work(&mut felt);
         report.residual = residual.sqrt() / self.find_scale().max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];

@@ -18,7 +18,7 @@ use super::kernel::{self, Evaluation, Purpose, Scratch};
 use super::layout::Layout;
 use super::tile::{Rows, Tile4};
 use super::vectors::{Block3, for_each};
-use glam::{DVec3, IVec3};
+use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 
 /// What particles bring to the nodes when the step begins, in `tiles`: see [`eights::found_with`]. Makes the
@@ -210,8 +210,9 @@ impl Pass<'_, '_> {
         rows.copy_to(sum);
     }
 
-    /// Ends the step at `u`. Returns particles clamped and what tools and separating walls felt.
-    pub(super) fn end(&self, state: &mut State, classes: &mut [Class], u: &[Rows]) -> (u64, GridReport) {
+    /// Ends the step at `u`. Returns particles clamped, the greatest way of one \[cells\], and what tools and
+    /// separating walls felt.
+    pub(super) fn end(&self, state: &mut State, classes: &mut [Class], u: &[Rows]) -> (u64, f32, GridReport) {
         let s = self.s;
         let evaluation = Evaluation { step: s.step, averaging: self.averaging, purpose: Purpose::Judge };
         let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
@@ -225,12 +226,14 @@ impl Pass<'_, '_> {
                 end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), scratch)
             });
             settle(class.block, s.domain, hot, cold);
-            (clamped, report)
+            let way = hot.iter().map(|hot| Vec3::from_array(hot.velocity).length()).fold(0.0, f32::max);
+            (clamped, way, report)
         });
-        let ended: Vec<(u32, Option<GridReport>)> = ended.collect();
+        let ended: Vec<(u32, f32, Option<GridReport>)> = ended.collect();
         let mut felt = GridReport::of_tools(s.tools.len());
-        ended.iter().filter_map(|(_, report)| report.as_ref()).for_each(|report| felt.add(report));
-        (ended.iter().map(|(clamped, _)| u64::from(*clamped)).sum(), felt)
+        ended.iter().filter_map(|(.., report)| report.as_ref()).for_each(|report| felt.add(report));
+        let way = ended.iter().map(|ended| ended.1).fold(0.0, f32::max);
+        (ended.iter().map(|ended| u64::from(ended.0)).sum(), way, felt)
     }
 }
 
