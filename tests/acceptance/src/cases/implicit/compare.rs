@@ -42,6 +42,16 @@ impl Reference {
         distance(ways, &self.ways())
     }
 
+    /// What changes from sample to sample beside the trend over three of them, over the mean force [-], in
+    /// `range` \[cells\]: of `forces`, of the reference's, whose clay comes into contact layer by layer, and
+    /// of what is between the two.
+    pub(super) fn jitters(&self, forces: &[Sample], range: [f64; 2]) -> [f64; 3] {
+        let seen: Vec<&Sample> = forces.iter().filter(|s| s[0] >= range[0] && s[1] <= range[1]).collect();
+        let jitter_of = |of: &dyn Fn(&Sample) -> f64| jitter(&seen.iter().map(|s| of(s)).collect::<Vec<_>>());
+        let mean = seen.iter().map(|s| s[2]).sum::<f64>() / seen.len() as f64;
+        [jitter_of(&|s| s[2]), jitter_of(&|s| self.force(*s)), jitter_of(&|s| s[2] - self.force(*s))].map(|j| j / mean)
+    }
+
     /// What the reference itself may be off by: force on the parts of the way of `forces`, and ways, as far
     /// as the smaller step is from none [-].
     pub fn uncertainty(&self, forces: &[Sample], range: [f64; 2]) -> [f64; 2] {
@@ -57,11 +67,8 @@ pub(super) fn distance(ways: &[DVec3], reference: &[DVec3]) -> f64 {
     norm(&mut ways.iter().zip(reference).map(|(a, b)| *a - *b)) / norm(&mut reference.iter().copied())
 }
 
-/// What of the force changes from sample to sample beside its trend over three of them, rms over the mean
-/// force [-], in `range` \[cells\].
-pub(super) fn jitter(forces: &[Sample], range: [f64; 2]) -> f64 {
-    let seen: Vec<f64> = forces.iter().filter(|s| s[0] >= range[0] && s[1] <= range[1]).map(|s| s[2]).collect();
-    let beside: Vec<f64> = seen.windows(4).map(|f| f[2] - f[1] - (f[3] - f[0]) / 3.0).collect();
-    let rms = (beside.iter().map(|b| b * b).sum::<f64>() / beside.len() as f64).sqrt();
-    rms * seen.len() as f64 / seen.iter().sum::<f64>()
+/// What of values changes from one to the next beside their trend over three, rms.
+fn jitter(values: &[f64]) -> f64 {
+    let beside: Vec<f64> = values.windows(4).map(|v| v[2] - v[1] - (v[3] - v[0]) / 3.0).collect();
+    (beside.iter().map(|b| b * b).sum::<f64>() / beside.len() as f64).sqrt()
 }

@@ -1,6 +1,6 @@
 //! Strips and balls pressed into clay by implicit steps: force, ways, volume and passes.
 
-use super::compare::{Reference, jitter};
+use super::compare::Reference;
 use super::stroke::{Pace, Pressed, SAMPLE, Shape, Stroke, Way, frame_travel, of_small_cells};
 use crate::lab::Size;
 use crate::report::Row;
@@ -94,8 +94,10 @@ impl Job {
         rows.push(Row::at_most(format!("{name}: volume off by"), volume, "%", SWELLING));
         // Of frames: at higher speeds they are few.
         if frame_travel(self.stroke.speed) <= SAMPLE {
-            let jitter = percent(jitter(&run.forces, self.range));
-            rows.push(Row::at_most(format!("{name}: jitter of the force"), jitter, "%", JITTER));
+            let [own, of_reference, beside] = reference.jitters(&run.forces, self.range).map(percent);
+            rows.push(Row::at_most(format!("{name}: jitter of the force"), own, "%", JITTER));
+            rows.push(Row::figure(format!("{name}: jitter of the reference's force"), of_reference, "%"));
+            rows.push(Row::figure(format!("{name}: jitter of the force less the reference's"), beside, "%"));
         }
         rows
     }
