@@ -9,8 +9,8 @@ pub struct Health(u32);
 impl Health {
     /// Nothing to report.
     pub const OK: Self = Self(0);
-    /// A node moved further than a particle's margin in one substep; the frame was redone with half the time
-    /// step.
+    /// A node moved further than a particle's margin in one substep, or a particle further than its stencil
+    /// follows in one implicit step; the frame was redone with half the time step.
     pub const SPEED: Self = Self(1);
     /// A value that is not finite appeared; the frame was redone with half the time step.
     pub const NON_FINITE: Self = Self(1 << 1);
@@ -54,7 +54,7 @@ impl Health {
 impl std::fmt::Display for Health {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         const NAMES: [(Health, &str); 8] = [
-            (Health::SPEED, "a node moved too far in one substep (frame redone with a smaller step)"),
+            (Health::SPEED, "the clay moved too far in one step (frame redone with a smaller one)"),
             (Health::NON_FINITE, "a value was not finite (frame redone with a smaller step)"),
             (Health::STRAIN, "a particle's stretch was clamped to 0.05 .. 20"),
             (Health::GIVEN_UP, "the frame was given up: the clay stands as before it"),
