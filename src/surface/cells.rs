@@ -43,6 +43,8 @@ struct SheetTile {
 pub(crate) type BlockTile = CellTile<{ BLOCK as usize + 3 + 2 * HOLD }>;
 /// The tile of one cell.
 pub(crate) type OneCellTile = CellTile<{ 4 + 2 * HOLD }>;
+/// The tile of a cell and those about it.
+pub(crate) type AboutCellTile = CellTile<{ 6 + 2 * HOLD }>;
 
 /// Node values around cells and what follows from them, `NODES` along each edge: a block's cells need 9
 /// nodes; what ends at an edge, and slopes, need one more on every side, and what holds these [`HOLD`] more.

@@ -10,10 +10,10 @@
 //! A ray that starts within the clay sees of cuts only what f itself sees: those that are closed, or so
 //! narrow that f stays above the threshold, it passes as if the clay were whole.
 
-use super::cells::{Near, OneCellTile};
+use super::cells::{AboutCellTile, CellTile, Near, OneCellTile};
 use super::extract::{EdgeEnd, triangles};
 use super::field::{Field, SurfaceSettings};
-use super::grid::{BLOCK, neighbours};
+use super::grid::BLOCK;
 use super::labels::Rules;
 use glam::{DVec3, IVec3, Vec3};
 
@@ -45,7 +45,8 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
         return None;
     }
     let iso = settings.iso_threshold;
-    let mut tile = OneCellTile::new(Rules::new(settings.method), iso);
+    let rules = Rules::new(settings.method);
+    let mut tiles = Tiles { rules, iso, own: OneCellTile::new(rules, iso), about: None };
     let mut is_within = field.total_at(line.start) > iso;
     for (block, from) in Walk::new(line, BLOCK, field.grid.bounds(), 0.0)? {
         if field.grid.slot(block).is_none() {
@@ -60,13 +61,21 @@ pub fn cast_ray(field: &Field, settings: &SurfaceSettings, origin: DVec3, direct
             if inside == 0 || is_within || (inside == 8 && near.is_empty()) {
                 continue;
             }
-            if let Some((distance, normal)) = line.first_front_in(field, &mut tile, (block, &near), cell) {
+            if let Some((distance, normal)) = line.first_front_in(field, &mut tiles, (block, &near), cell) {
                 let distance = distance * field.spacing;
                 return Some(RayHit { point: origin + line.way * distance, normal, distance });
             }
         }
     }
     None
+}
+
+/// A cell, and, once it is wanted, what is about it.
+struct Tiles {
+    rules: Rules,
+    iso: f32,
+    own: OneCellTile,
+    about: Option<AboutCellTile>,
 }
 
 /// A ray \[node spacings\]; `way` is a unit vector.
@@ -82,43 +91,37 @@ impl Line {
     fn first_front_in(
         &self,
         field: &Field,
-        tile: &mut OneCellTile,
+        tiles: &mut Tiles,
         (block, near): (IVec3, &Near<'_>),
         cell: IVec3,
     ) -> Option<(f64, Vec3)> {
-        if !tile.load(field, (block, cell - block * BLOCK), near) {
+        let at = cell - block * BLOCK;
+        if !tiles.own.load(field, (block, at), near) {
             return None;
         }
-        let own = self.first_front(tile, cell);
-        if !tile.is_at_lips() {
-            return own;
+        if !tiles.own.is_at_lips() {
+            return OneCellTile::cells().find_map(|low| self.first_front(&tiles.own, low, cell));
+        }
+        let about = tiles.about.get_or_insert_with(|| AboutCellTile::new(tiles.rules, tiles.iso));
+        if !about.load(field, (block, at - IVec3::ONE), near) {
+            return None;
         }
         // What is met in another cell is found there, or was.
         let is_in_cell = |hit: &(f64, Vec3)| {
             let from_low = self.start + self.way * hit.0 - cell.as_dvec3();
             from_low.cmpge(DVec3::splat(-CELL_MARGIN)).all() && from_low.cmple(DVec3::splat(1.0 + CELL_MARGIN)).all()
         };
-        let beside = neighbours().filter(|d| *d != IVec3::ZERO).filter_map(|d| {
-            let (cell, block_of_it) = (cell + d, (cell + d).map(|c| c.div_euclid(BLOCK)));
-            field.grid.slot(block_of_it)?;
-            let at = (block_of_it, cell - block_of_it * BLOCK);
-            let is_loaded = if block_of_it == block {
-                tile.load(field, at, near)
-            } else {
-                tile.load(field, at, &Near::new(field, block_of_it))
-            };
-            if is_loaded { self.first_front(tile, cell) } else { None }
-        });
-        own.into_iter().chain(beside).filter(is_in_cell).min_by(|a, b| a.0.total_cmp(&b.0))
+        let fronts = AboutCellTile::cells().filter_map(|low| self.first_front(about, low, cell - IVec3::ONE));
+        fronts.filter(is_in_cell).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The nearest triangle of a cell that is seen from its front: distance \[node spacings\] and normal.
-    fn first_front(&self, tile: &OneCellTile, cell: IVec3) -> Option<(f64, Vec3)> {
-        let low = OneCellTile::cells().next()?;
+    /// The nearest triangle that is seen from its front, of the cell at `low` of a tile whose first cell is
+    /// given: distance \[node spacings\] and normal.
+    fn first_front<const NODES: usize>(&self, tile: &CellTile<NODES>, low: usize, first: IVec3) -> Option<(f64, Vec3)> {
         let mut nearest: Option<([EdgeEnd; 3], Crossing)> = None;
         triangles(tile, low, |ends| {
             let at = ends.map(|end| {
-                let node = cell + OneCellTile::node_offset(end.low);
+                let node = first + CellTile::<NODES>::node_offset(end.low);
                 node.as_dvec3() + tile.point(end.low, end.axis, tile.crossing(end.low, end.axis))
             });
             if let Some(crossing) = self.crossing(at)
