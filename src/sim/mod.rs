@@ -8,6 +8,7 @@
 //! |-------------|--------------------------------------------------------------------|---------------------|
 //! | `averaging` | particles that flowed share their cell's volume ratio              | -                   |
 //! | `tags`      | particles that a blade came near or swept over take their side     | Eq. 1, swept        |
+//! | (`ahead`)   | what edges of blades have to part                                  | -                   |
 //! | `penalty`   | solid tools, edges of blades and walls press on particles          | one potential       |
 //! | `p2g`       | mass and momentum of each side class to the nodes, with the stress | Eq. 2-4             |
 //! | `grid`      | walls fold their outer nodes onto the inner ones                   | -                   |
@@ -41,10 +42,10 @@
 //! # Files
 //!
 //! In data-flow order: [`params`], [`material`] and [`strength`] say what the clay is, [`tool`] what touches
-//! it, [`penalty`] how, [`snapshot`] holds its state, [`cut`] the sides of cuts, [`cutting`] the method,
-//! [`planner`] decides what a frame does, [`integrator`] by which steps, [`frame`] is its plan and report,
-//! [`engine`] the seam, [`native`] the CPU engine, [`gpu`] the one of compute passes, [`oracle`] the readable
-//! f64 judge of both.
+//! it, [`penalty`] how, `ahead` what edges have to part, [`snapshot`] holds its state, [`cut`] the sides of
+//! cuts, [`cutting`] the method, [`planner`] decides what a frame does, [`integrator`] by which steps,
+//! [`frame`] is its plan and report, [`engine`] the seam, [`native`] the CPU engine, [`gpu`] the one of
+//! compute passes, [`oracle`] the readable f64 judge of both.
 
 #![deny(
     clippy::wildcard_enum_match_arm,
@@ -52,6 +53,7 @@
 )]
 
 mod admit;
+pub(crate) mod ahead;
 pub mod body;
 mod carry;
 mod coefficients;

@@ -28,6 +28,7 @@
 
 mod blade;
 
+use super::cut::ClassKey;
 use super::frame::{FramePlan, ToolReport};
 use super::material::ClayMaterial;
 use super::params::{BLOCK, Domain};
@@ -70,8 +71,8 @@ pub(crate) struct Seen {
     pub(crate) structure: f64,
     /// Where it clings to the tool, in the tool's frame \[cells\].
     pub(crate) anchor: Option<DVec3>,
-    /// Whether it has no side of the tool's cut.
-    pub(crate) is_whole: bool,
+    /// Its class, if it has no side of the tool's cut.
+    pub(crate) whole: Option<ClassKey>,
 }
 
 impl Seen {
@@ -206,7 +207,7 @@ impl<'a> Gather<'a> {
         let beside = |f: &Found| Beside {
             at: f.local,
             volume: f.seen.volume,
-            is_whole: f.seen.is_whole,
+            whole: f.seen.whole,
             anchor: f.seen.anchor,
             strengths: [
                 fresh * (1.0 - loss.of(f.seen.structure, f.seen.hardening)).max(0.0),

@@ -78,12 +78,3 @@ fn edge_before(t: Tool, q: vec3f) -> Ahead {
         case SPHERE, CAPSULE, BOX, CONE, default { return none; }
     }
 }
-
-// The force along its normal with which an edge holds off a particle that bears `share` of it, having come
-// `advance` towards it since that was anchored; and the advance that is left (`Springs::cut`).
-fn cut(springs: Springs, volume: f32, share: f32, advance: f32) -> vec2f {
-    let wanted = springs.tangential * advance;
-    let most = params.toughness * volume * share;
-    if wanted > most { return vec2f(most, most / springs.tangential); }
-    return vec2f(max(wanted, 0.0), advance);
-}

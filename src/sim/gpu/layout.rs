@@ -120,6 +120,12 @@ twins! {
         pub depth: f32 = "atomic<u32>",
         /// sides of older cuts given up
         pub displaced: u32 = "atomic<u32>",
+        /// classes ahead of its edge in the present substep, key + 1, from where their keys have their place
+        pub ahead: [u32; 32] = "array<atomic<u32>, 32>",
+        /// what they have behind its surface, fixed point
+        pub behind: [u32; 32] = "array<atomic<u32>, 32>",
+        /// and before it
+        pub before: [u32; 32] = "array<atomic<u32>, 32>",
     }
 }
 

@@ -10,6 +10,7 @@ pub(super) const MEETING: &str = include_str!("meeting.wgsl");
 pub(super) const BOOKS: &str = include_str!("books.wgsl");
 pub(super) const SPRINGS: &str = include_str!("springs.wgsl");
 pub(super) const EDGE: &str = include_str!("edge.wgsl");
+pub(super) const AHEAD: &str = include_str!("ahead.wgsl");
 pub(super) const YIELD: &str = include_str!("yield.wgsl");
 pub(super) const WALLS: &str = include_str!("walls.wgsl");
 pub(super) const ARRIVALS: &str = include_str!("arrivals.wgsl");

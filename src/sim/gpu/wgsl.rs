@@ -1,6 +1,7 @@
 //! WGSL text of a pass: generated constants, the parts it names, the pass itself. Plain WGSL, no import
 //! directives.
 
+use super::super::ahead::{PARTED_MAX, WHOLE_MIN};
 use super::super::carry::{CARRY_COSINE, CARRY_SHARE};
 use super::super::cut::{JOINT_SHEET, PLATE_SHEET};
 use super::super::facing::{DISPLACEMENT, FACE_DISTANCE, NORMAL_REGULARISATION, OBLIQUE_GAP, SLOPE_MIN};
@@ -106,6 +107,8 @@ fn constants(classes: u32) -> String {
         ("NORMAL_REGULARISATION", NORMAL_REGULARISATION),
         ("OBLIQUE_GAP", OBLIQUE_GAP),
         ("SLOPE_MIN", SLOPE_MIN),
+        ("WHOLE_MIN", WHOLE_MIN),
+        ("PARTED_MAX", PARTED_MAX),
         // Of the elastic strain b - I.
         ("PRINCIPAL_MIN", STRETCH_MIN * STRETCH_MIN - 1.0),
         ("PRINCIPAL_MAX", STRETCH_MAX * STRETCH_MAX - 1.0),

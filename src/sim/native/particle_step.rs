@@ -1,5 +1,6 @@
 //! What the particle passes need of a substep: its numbers, and the tools about each particle.
 
+use super::super::ahead::ClayAhead;
 use super::super::coefficients::ContactCoefficients;
 use super::super::cutting::CuttingMethod;
 use super::super::material::{ClayMaterial, SOFTENING_REACH};
@@ -30,10 +31,10 @@ pub(super) struct ParticleStep<'a> {
 }
 
 impl ParticleStep<'_> {
-    /// How solid `tools` and walls press in a substep of these numbers.
-    pub(super) fn presses<'a>(&'a self, tools: &'a [ToolNow], arrivals: &'a Arrivals) -> Presses<'a> {
+    /// How `tools`, whose edges have that ahead, and walls press in a substep of these numbers.
+    pub(super) fn presses<'a>(&'a self, tools: &'a [ToolNow], ahead: &'a ClayAhead, arrivals: &'a Arrivals) -> Presses<'a> {
         let arrivals = (!self.clamps_walls).then_some(arrivals);
-        Presses { tools, cutting: self.cutting, springs: self.springs, domain: self.domain, arrivals }
+        Presses { tools, cutting: self.cutting, springs: self.springs, domain: self.domain, arrivals, ahead }
     }
 
     /// What bounds the clay at the nodes of the substep, where clay has arrived so.

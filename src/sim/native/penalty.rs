@@ -2,6 +2,7 @@
 //! contact](super::super::penalty) in cells, substeps and eighths of a full cell's mass. In f64, one particle
 //! after the other.
 
+use super::super::ahead::ClayAhead;
 use super::super::coefficients::ContactCoefficients;
 use super::super::cutting::CuttingMethod;
 use super::super::params::Domain;
@@ -23,6 +24,8 @@ pub(super) struct Presses<'a> {
     pub domain: &'a Domain,
     /// None where walls clamp their nodes.
     pub arrivals: Option<&'a Arrivals>,
+    /// What the edges of the tools have ahead.
+    pub ahead: &'a ClayAhead,
 }
 
 impl<'a> Presses<'a> {
@@ -33,7 +36,7 @@ impl<'a> Presses<'a> {
         let report = || GridReport::of_tools(self.tools.len());
         let is_any = !tools.is_empty() || walls.is_some();
         let weakens = tools.iter().any(|(_, tool)| self.weakens(tool));
-        is_any.then(|| Press { tools, walls, springs: self.springs, weakens, report: report() })
+        is_any.then(|| Press { tools, walls, springs: self.springs, weakens, ahead: self.ahead, report: report() })
     }
 
     /// Whether a tool presses on particles: as a solid one, or by its edge.
@@ -64,6 +67,7 @@ pub(super) struct Press<'a> {
     springs: ContactCoefficients,
     /// Whether nodes have to know what clay has lost of its strength.
     weakens: bool,
+    ahead: &'a ClayAhead,
     pub report: GridReport,
 }
 
@@ -84,7 +88,10 @@ impl Press<'_> {
             let own = velocity + DVec3::from_array(sum.map(f64::from));
             let is_whole = || cold.key().side(tool.sheet) == 0;
             let found = match tool.blade.filter(|_| !tool.is_solid()) {
-                Some(blade) if is_whole() => self.springs.hold_off(&blade, volume, [at; 2], before),
+                Some(blade) if is_whole() => {
+                    let wholeness = || self.ahead.wholeness(index, cold.key());
+                    self.springs.hold_off(&blade, (volume, wholeness), [at; 2], before)
+                }
                 Some(_) => None,
                 None => self.press(tool, (at, own, volume), before),
             };
@@ -143,11 +150,18 @@ impl Press<'_> {
 }
 
 impl ContactCoefficients {
-    /// What the edge of a blade does to a particle without a side of it that has come from the first place to
-    /// the second in the step and clings to it there, and where it clings now, in the blade's frame.
-    fn hold_off(&self, blade: &Blade, volume: f64, [start, at]: [DVec3; 2], before: Option<DVec3>) -> Option<Given> {
+    /// What the edge of a blade does to a particle without a side of it, of clay that is so whole, that has
+    /// come from the first place to the second in the step and clings to it there, and where it clings now,
+    /// in the blade's frame.
+    fn hold_off(
+        &self,
+        blade: &Blade,
+        (volume, wholeness): (f64, impl Fn() -> f64),
+        [start, at]: [DVec3; 2],
+        before: Option<DVec3>,
+    ) -> Option<Given> {
         let edge = if self.toughness > 0.0 { blade.edge(start)? } else { return None };
-        let (force, left) = self.of(volume).cut(edge.share, blade.advance(&edge, at, before));
+        let (force, left) = self.of(volume).cut(edge.share * wholeness(), blade.advance(&edge, at, before));
         Some((edge.direction * force, Some(blade.edge_anchor(&edge, at, left))))
     }
 

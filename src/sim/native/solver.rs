@@ -1,12 +1,14 @@
 //! One frame on the CPU. [`Solver::attempt`] is the substep loop, top to bottom; `implicit_steps` has that of
-//! implicit steps, `rest` what becomes of clay that takes none.
+//! implicit steps, `rest` what becomes of clay that takes none,
+//! `tally` what a frame adds up.
 
 mod implicit_steps;
 mod rest;
+mod tally;
 
 use super::super::coefficients::Coefficients;
 use super::super::cutting::CuttingMethod;
-use super::super::frame::{FramePlan, FrameReport, Timings, ToolReport};
+use super::super::frame::{FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::integrator::Integrator;
 use super::super::limits::{REDO_MAX, TRAVEL_LIMIT};
@@ -24,12 +26,12 @@ use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
 use super::implicit::Implicit;
 use super::particle_step::ParticleStep;
-use super::passes::{self, Gathered};
+use super::passes;
 use super::simd;
 use super::state::{Cold, Hot, MARGIN, State, unpack_cell};
 use super::stats::sums;
 use super::step::Step;
-use super::tags::{TagReport, Tagged};
+use super::tags::Tagged;
 use super::touch::touches;
 use super::walls::Arrivals;
 use super::weld;
@@ -37,6 +39,7 @@ use glam::{DVec3, IVec3, Vec3};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+use tally::Tally;
 
 /// The clay at the end of a frame: what `surface` and `save` read, and what a failed frame goes back to.
 #[derive(Debug)]
@@ -66,65 +69,6 @@ pub(super) struct Solver {
     start: Arc<FrameState>,
     fma: bool,
     implicit: Implicit,
-}
-
-/// Sums over the substeps of a frame.
-#[derive(Default)]
-struct Tally {
-    grid: GridReport,
-    tags: Vec<Tagged>,
-    speed_max: f32,
-    clamped: u64,
-    /// Tags of sides that grew together, and particles that did with another body.
-    welded: [u64; 2],
-    /// Sides carried on.
-    carried: u64,
-    timings: Timings,
-    /// Evaluations of forces, steps cut and the greatest residual of implicit steps, and their impulse that
-    /// is out of balance.
-    passes: u32,
-    rejected: u32,
-    residual: f64,
-    unbalanced: DVec3,
-    /// Mass of the nodes in the last implicit step.
-    node_mass: f64,
-    /// Whether the clay stands, and whether the frame has left it all as it was.
-    is_standing: bool,
-    is_unchanged: bool,
-}
-
-impl Tally {
-    fn add_grid(&mut self, report: &GridReport) {
-        self.grid.wall_impulse += report.wall_impulse;
-        self.grid.damping_impulse += report.damping_impulse;
-        self.grid.body_impulse += report.body_impulse;
-        self.grid.impulse_scale += report.impulse_scale;
-        self.grid.tools.resize(report.tools.len(), Default::default());
-        for (sum, t) in self.grid.tools.iter_mut().zip(&report.tools) {
-            *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
-        }
-        self.speed_max = self.speed_max.max(report.speed_max);
-    }
-
-    /// Adds what a gather did; returns the greatest distance that tagging moved a particle.
-    fn add_gathered(&mut self, gathered: &Gathered) -> f32 {
-        self.clamped += gathered.clamped;
-        if let Some(ghosts) = &gathered.ghosts {
-            self.add_grid(ghosts);
-        }
-        self.add_tags(&gathered.tags)
-    }
-
-    /// Adds the blocks' reports; returns the greatest distance a particle was moved.
-    fn add_tags(&mut self, reports: &[TagReport]) -> f32 {
-        for report in reports {
-            self.tags.resize(report.tools.len(), Default::default());
-            for (sum, t) in self.tags.iter_mut().zip(&report.tools) {
-                sum.add(t);
-            }
-        }
-        reports.iter().map(|r| r.moved_max).fold(0.0, f32::max)
-    }
 }
 
 /// What came of a frame.
@@ -359,7 +303,8 @@ impl Solver {
         tally: &mut Tally,
     ) {
         self.arrivals.clear();
-        let presses = s.presses(tools, &self.arrivals);
+        let ahead = std::mem::take(&mut tally.ahead);
+        let presses = s.presses(tools, &ahead, &self.arrivals);
         let (clamped, felt) = passes::scatter(s, &mut self.state, &self.grid, &mut self.tiles, &presses, stored_at, is_gathered);
         tally.clamped += clamped;
         tally.add_grid(&felt);

@@ -1,6 +1,7 @@
 //! Which side of a blade each particle is on: swept crossing detection near the blade, kept ever after (Eq. 1
 //! with persistent tags).
 
+use super::super::ahead::ClayAhead;
 use super::super::cut::{self, ClassKey};
 use super::super::params::Domain;
 use super::super::penalty::reach;
@@ -41,6 +42,8 @@ pub(super) struct TagReport {
     pub moved_max: f32,
     /// Whether a class changed.
     pub is_changed: bool,
+    /// What edges have ahead.
+    pub ahead: ClayAhead,
 }
 
 /// Gives the particles of a block their sides of the blades among `tools`. In implicit steps what a blade has
@@ -82,11 +85,22 @@ pub(super) fn tag(tools: &[ToolNow], domain: &Domain, hot: &mut [Hot], cold: &mu
             h.offset = (x - cell).as_vec3().to_array();
             report.moved_max = report.moved_max.max((x - start).length() as f32);
         }
+        let volume = f64::from(h.mass) / 8.0;
         if clings && c.key() != key {
-            cling(tools, key, x, f64::from(h.mass) / 8.0, c);
+            cling(tools, key, x, volume, c);
         }
+        look_ahead(tools, x, volume, c.key(), &mut report.ahead);
     }
     report
+}
+
+/// Notes of which edges a particle is ahead.
+fn look_ahead(tools: &[ToolNow], x: DVec3, volume: f64, key: ClassKey, ahead: &mut ClayAhead) {
+    for (index, tool) in tools.iter().enumerate().filter(|(_, tool)| !tool.is_solid() && key.side(tool.sheet) == 0) {
+        if let Some(edge) = tool.blade.and_then(|blade| blade.edge(x)) {
+            ahead.see((index, key), volume, edge.share, edge.beside);
+        }
+    }
 }
 
 /// Lets go of a plate: clay put back before its middle has not been pressed as deep as it stands now.

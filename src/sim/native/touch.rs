@@ -37,6 +37,6 @@ fn seen(hot: &Hot, cold: &Cold, domain: &Domain, (tool, sheet): (u32, u8)) -> Se
         hardening: f64::from(hot.hardening),
         structure: f64::from(cold.structure),
         anchor: cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool)).map(|anchor| anchor.1),
-        is_whole: cold.key().side(sheet) == 0,
+        whole: Some(cold.key()).filter(|key| key.side(sheet) == 0),
     }
 }

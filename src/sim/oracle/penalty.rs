@@ -15,9 +15,11 @@
 //! A blade, a wire, presses by its edge on particles without a side of its sheet that are
 //! [ahead](super::super::tool::EDGE_REACH) of it as they stand at `t` and it at `t + h`, with the share K
 //! there: along the edge's outward normal m by [`Springs::cut`], its advance `m . (a - x)` from the anchor a,
-//! or from where x stood before the tool at `t`, and at most `R V_p K / dx^2`. Anchors of a wire are in the
-//! frame of the strip that it leaves; a wire that stands has no edge.
+//! or from where x stood before the tool at `t`, and at most `R V_p K / dx^2`, of what it has
+//! [to part](super::super::ahead) there. Anchors of a wire are in the frame of the strip that it leaves; a
+//! wire that stands has no edge.
 
+use super::super::ahead::ClayAhead;
 use super::super::cutting::CuttingMethod;
 use super::super::frame::FrameReport;
 use super::super::penalty::{NORMAL_STIFFNESS, STICK_FRICTION, Springs, Surface, TANGENTIAL_STIFFNESS, area, reach};
@@ -49,7 +51,7 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
     let volume = particle.rest_volume / cell_width.powi(3);
     let mass = around.plan.inertial_density() * particle.rest_volume;
     let (mut impulse, mut anchors) = (DVec3::ZERO, vec![]);
-    for (tool, felt) in around.tools.iter().zip(&mut frame.tools) {
+    for ((index, tool), felt) in around.tools.iter().enumerate().zip(&mut frame.tools) {
         let mut book = |given: DVec3| {
             felt.impulse -= given;
             felt.angular_impulse -= (world - tool.motion.end.position).cross(given);
@@ -57,7 +59,7 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
             frame.impulse_scale += given.length();
         };
         if !tool.is_solid() {
-            let Some(held) = hold_off(particle, tool, [world; 2], springs, around) else { continue };
+            let Some(held) = hold_off(particle, (index, tool), [world; 2], springs, around) else { continue };
             anchors.push((tool.path.id, held.anchor));
             impulse += held.force * around.plan.dt;
             if held.force != DVec3::ZERO {
@@ -83,6 +85,21 @@ fn press_on(particle: &mut Particle, springs: &Springs, around: &Surroundings, f
     impulse
 }
 
+/// What the edges of the substep's blades have ahead, of particles that have taken their sides.
+pub(super) fn look_ahead(particles: &[Particle], around: &Surroundings) -> ClayAhead {
+    let mut ahead = ClayAhead::default();
+    for (index, tool) in around.tools.iter().enumerate().filter(|(_, tool)| !tool.is_solid()) {
+        let (Some(blade), sheet) = (&tool.blade, tool.path.sheet_id()) else { continue };
+        for particle in particles.iter().filter(|p| p.key().side(sheet) == 0) {
+            if let Some(edge) = blade.edge(around.domain.to_world(particle.position)) {
+                let volume = particle.rest_volume / around.domain.cell_width.powi(3);
+                ahead.see((index, particle.key()), volume, edge.share, edge.beside);
+            }
+        }
+    }
+    ahead
+}
+
 /// What the edge of a blade does to a particle.
 pub(super) struct Held {
     /// Force on the particle \[N\].
@@ -97,7 +114,7 @@ pub(super) struct Held {
 /// step.
 pub(super) fn hold_off(
     particle: &Particle,
-    tool: &MovingTool,
+    (index, tool): (usize, &MovingTool),
     [start, at]: [DVec3; 2],
     springs: &Springs,
     around: &Surroundings,
@@ -108,9 +125,10 @@ pub(super) fn hold_off(
     let is_whole = particle.key().side(tool.path.sheet_id()) == 0;
     let blade: &Blade = tool.blade.as_ref().filter(|_| resists && is_whole)?;
     let edge = blade.edge(start)?;
+    let share = edge.share * around.ahead.wholeness(index, particle.key());
     let kept = particle.anchors.iter().flatten().find(|anchor| anchor.0 == tool.path.id);
     let advance = blade.advance(&edge, at, kept.map(|anchor| anchor.1 * cell_width));
-    let (force, left) = springs.cut(edge.share, advance);
+    let (force, left) = springs.cut(share, advance);
     Some(Held {
         force: edge.direction * force,
         stiffness: Springs::cut_stiffness(edge.direction, force, advance),

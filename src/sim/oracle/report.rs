@@ -118,7 +118,7 @@ fn touch(particles: &[Particle], domain: &Domain, plan: &FramePlan, path: &ToolP
             hardening: p.hardening,
             structure: p.structure,
             anchor: p.anchors.iter().flatten().find(|anchor| anchor.0 == path.id).map(|anchor| anchor.1),
-            is_whole: p.key().side(path.sheet_id()) == 0,
+            whole: Some(p.key()).filter(|key| key.side(path.sheet_id()) == 0),
         });
     }
     gather.finish(tool)

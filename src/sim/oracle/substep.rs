@@ -18,7 +18,7 @@ use super::{averaging, contact, faces, g2p, ghost, interactive, p2g, penalty, re
 /// Moves `particles` over substep `step` of the frame, of `plan.dt` \[s\], and adds to `frame` what happened.
 /// Returns the nodes.
 pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FramePlan, step: u32, frame: &mut FrameReport) -> Grid {
-    let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
+    let mut around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
 
     if plan.averages_before(step) {
         averaging::average_volumes(particles, plan.volume_averaging);
@@ -30,6 +30,7 @@ pub(super) fn substep(particles: &mut [Particle], domain: &Domain, plan: &FrameP
         }
     }
 
+    around.ahead = penalty::look_ahead(particles, &around);
     let impulses = penalty::press(particles, &around, frame);
     let mut grid = p2g::scatter(particles, &impulses, &around);
 

@@ -1,5 +1,6 @@
 //! The substep's surroundings: constants of the clay, and the tools in motion.
 
+use super::super::ahead::ClayAhead;
 use super::super::frame::FramePlan;
 use super::super::params::Domain;
 use super::super::tool::{self, Adhesion, Blade, Motion, SPACING, Sampled, ToolPath, ToolShape};
@@ -74,6 +75,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a FramePlan,
     /// The tools of the plan, in its order.
     pub(super) tools: Vec<MovingTool<'a>>,
+    /// What their edges have ahead, once that was [looked at](super::penalty::look_ahead).
+    pub(super) ahead: ClayAhead,
     /// The substep's start \[s\], from the frame's.
     start: f64,
 }
@@ -91,7 +94,7 @@ impl<'a> Surroundings<'a> {
             let sampled = sampled(path, &motion, domain, plan);
             MovingTool { path, motion, blade, sampled, shape }
         };
-        Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), start }
+        Self { domain, plan, tools: plan.tools.iter().map(moving).collect(), ahead: ClayAhead::default(), start }
     }
 
     /// Velocity [m/s] that gravity, and the body force of a manufactured solution, give to inertial mass at

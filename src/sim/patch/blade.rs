@@ -12,11 +12,14 @@
 //! | edge's length ahead | `L_e(a) = sum V c_e w(s_e - a, z)` of whole clay, w the edge's share |
 //!
 //! A growth is the derivative of its area by the blade's place, over a cell: each edge brings in the clay
-//! that it comes to. Whole clay is what has no side of the blade's cut; the gap of an edge is the least a of
-//! which `L_e` is half its greatest, its length the mean over the cell beyond. Where that is none, it is how
-//! far the edge is drawn back from what clings to it, by the mean of their anchors. A blade that touches
-//! nothing has the areas that it comes to, less the way.
+//! that it comes to. Whole clay is what has no side of the blade's cut, by how much of its class there is [to
+//! part](super::super::ahead) as far as is looked; the gap of an edge is the least a of which `L_e` is half
+//! its greatest, its length the mean over the cell beyond. Where that is none, it is how far the edge is
+//! drawn back from what clings to it, by the mean of their anchors. A blade that touches nothing has the
+//! areas that it comes to, less the way.
 
+use super::super::ahead::ClayAhead;
+use super::super::cut::ClassKey;
 use super::super::tool::{EDGE_REACH, edge_share};
 use super::super::touch::{BladeTouch, EdgeTouch};
 use glam::{DVec2, DVec3};
@@ -39,8 +42,8 @@ pub(super) struct Beside {
     pub(super) at: DVec3,
     /// Rest volume [cells^3].
     pub(super) volume: f64,
-    /// Whether it has no side of the blade's cut.
-    pub(super) is_whole: bool,
+    /// Its class, if it has no side of the blade's cut.
+    pub(super) whole: Option<ClassKey>,
     /// Where it clings to the blade, in the blade's frame \[cells\].
     pub(super) anchor: Option<DVec3>,
     /// What it bears of a flank that slides along it, and of one that presses: shear strengths \[Pa\].
@@ -78,28 +81,48 @@ fn within(s: f64) -> f64 {
     (0.5 - 2.0 * s).clamp(0.0, 1.0)
 }
 
+/// How far a particle is outside each edge \[cells\], and its part beside that edge's ends [cells^3].
+fn parts(edges: &[(DVec2, DVec2)], particle: &Beside) -> Vec<(f64, f64)> {
+    let outside: Vec<f64> = edges.iter().map(|edge| edge.1.dot(particle.at.truncate() - edge.0)).collect();
+    let others = |index: usize| outside.iter().enumerate().filter(move |other| other.0 != index);
+    let beside = |index: usize| particle.volume * others(index).map(|(_, s)| within(*s)).product::<f64>();
+    outside.iter().enumerate().map(|(index, s)| (*s, beside(index))).collect()
+}
+
+/// What the edges have ahead, as far as is looked.
+fn look_ahead(edges: &[(DVec2, DVec2)], particles: &[Beside]) -> ClayAhead {
+    let mut ahead = ClayAhead::default();
+    for (particle, key) in particles.iter().filter_map(|p| Some((p, p.whole?))).filter(|(p, _)| p.at.z.abs() <= LAYER) {
+        for (index, (s, beside)) in parts(edges, particle).into_iter().enumerate() {
+            if (0.0..AHEAD + 1.0).contains(&s) {
+                ahead.see((index, key), beside, 1.0 - particle.at.z.abs(), particle.at.z);
+            }
+        }
+    }
+    ahead
+}
+
 impl About {
     /// The clay about a blade of these corners \[cells\].
     pub(super) fn new(corners: &[DVec2], particles: &[Beside]) -> Self {
         let edges: Vec<(DVec2, DVec2)> = edges(corners).collect();
         let mut found = Self { flanks: [Flank::default(); 2], edges: vec![], strengths: Default::default() };
         let steps = ((AHEAD + 1.0) / STEP) as usize + 1;
+        let unparted = look_ahead(&edges, particles);
         let mut whole = vec![Ahead { lengths: vec![0.0; steps], ..Ahead::default() }; edges.len()];
         for particle in particles.iter().filter(|p| p.at.z.abs() <= LAYER) {
-            let outside = |edge: &(DVec2, DVec2)| edge.1.dot(particle.at.truncate() - edge.0);
-            let outside: Vec<f64> = edges.iter().map(outside).collect();
+            let parts = parts(&edges, particle);
             let flank = &mut found.flanks[usize::from(particle.at.z <= 0.0)];
-            for (index, (edge, s)) in edges.iter().zip(&outside).enumerate() {
-                let others = outside.iter().enumerate().filter(|other| other.0 != index);
-                let beside: f64 = particle.volume * others.map(|(_, s)| within(*s)).product::<f64>();
+            for (index, (edge, (s, beside))) in edges.iter().zip(&parts).enumerate() {
                 if s.abs() < 0.5 {
-                    flank.growth += beside * edge.1.extend(0.0);
+                    flank.growth += *beside * edge.1.extend(0.0);
                 }
-                if particle.is_whole && beside > 0.0 {
-                    whole[index].see(particle, *s, beside, edge.1.extend(0.0));
+                let wholeness = particle.whole.map_or(0.0, |key| unparted.wholeness(index, key));
+                if beside * wholeness > 0.0 {
+                    whole[index].see(particle, *s, beside * wholeness, edge.1.extend(0.0));
                 }
             }
-            let part = particle.volume * outside.iter().map(|s| within(*s)).product::<f64>();
+            let part = particle.volume * parts.iter().map(|(s, _)| within(*s)).product::<f64>();
             flank.area += part;
             for (sum, weight) in found.strengths.iter_mut().zip([part, particle.volume]) {
                 *sum = (sum.0 + weight, std::array::from_fn(|i| sum.1[i] + weight * particle.strengths[i]));
@@ -208,7 +231,7 @@ mod tests {
         let particle = |at: DVec3| Beside {
             at: at + DVec3::Z * beside,
             volume: 0.125,
-            is_whole: at.y < -cut,
+            whole: (at.y < -cut).then_some(ClassKey::FIRST),
             anchor: None,
             strengths: [3e3, 4e3],
         };
@@ -271,5 +294,16 @@ mod tests {
         assert!(slips.flank == 0.0 && slips.flank_growth == DVec3::ZERO && slips.bearing[0] > 0.0);
         assert!(slips.edges.iter().all(|edge| edge.force == 0.0));
         assert!(About::new(&[DVec2::ZERO, DVec2::X, DVec2::Y], &[]).touch(15.0, true, 1e-3).is_none());
+    }
+
+    /// Between two bodies a knife's edge meets nothing, and its flanks both of them.
+    #[test]
+    fn edges_meet_nothing_between_bodies() {
+        let of_two = |p: Beside| Beside { whole: Some(ClassKey::new(u32::from(p.at.z < 0.0), Default::default())), ..p };
+        let clay: Vec<Beside> = lattice(0.1, 0.0).into_iter().map(of_two).collect();
+        let corners = [DVec2::new(-3.0, -3.0), DVec2::new(3.0, -3.0), DVec2::new(3.0, 5.0), DVec2::new(-3.0, 5.0)];
+        let found = About::new(&corners, &clay);
+        assert!(found.edges.iter().all(|edge| edge.2 == 0.0), "{:?}", found.edges);
+        close(found.area(), 2.0 * 6.0 * 3.0, 1e-9);
     }
 }

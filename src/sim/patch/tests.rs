@@ -38,7 +38,7 @@ fn lattice(domain: &Domain, mut of: impl FnMut(Seen)) {
                     hardening: 0.0,
                     structure: 0.0,
                     anchor: None,
-                    is_whole: true,
+                    whole: Some(ClassKey::FIRST),
                 };
                 of(seen);
                 id += 1;
@@ -182,7 +182,7 @@ fn way_ends_at_what_the_tool_meets() {
             hardening: 0.0,
             structure: 0.0,
             anchor: None,
-            is_whole: true,
+            whole: Some(ClassKey::FIRST),
         };
         let local = at;
         gather.way(&Found { seen, gap: at.length() - 2.25, local, normal: at.normalize(), area: 0.25 }, DVec3::Y)

@@ -44,6 +44,8 @@ pub(crate) struct Edge {
     pub(crate) direction: DVec3,
     /// The particle's [`share`].
     pub(crate) share: f64,
+    /// How far it is in front of the blade's surface \[cells\], negative behind it.
+    pub(crate) beside: f64,
     /// Where the particle stands before the blade as the substep begins.
     from: DVec3,
 }
@@ -97,7 +99,8 @@ impl Blade {
         let Ahead { outward, ahead, beside } = self.outline.ahead(local).filter(|_| self.is_edge(local))?;
         let share = share(ahead / cell, beside / cell);
         let direction = self.motion.end.rotation * outward;
-        (share > 0.0).then(|| Edge { outward, direction, share, from: self.motion.start.to_local(start) })
+        let beside = || (beside / cell).copysign(self.outline.foot(local).distance);
+        (share > 0.0).then(|| Edge { outward, direction, share, beside: beside(), from: self.motion.start.to_local(start) })
     }
 
     /// Whether the rim is an edge where a point of the blade's frame is ahead of it: of a wire's strip only

@@ -478,6 +478,20 @@ pub fn recut() -> Vec<Agreement> {
     cases
 }
 
+/// Blades without friction that go between two bodies, which they part no more.
+pub fn parted() -> Vec<Agreement> {
+    let mut cases = blades();
+    cases.retain(|agreement| agreement.case.plan.tools[0].tool.contact == Contact::Slip);
+    for Agreement { name, case, .. } in &mut cases {
+        *name = format!("{name} between bodies");
+        let blade = case.plan.tools[0].samples[0].pose;
+        for p in &mut case.snapshot.particles {
+            p.body = u32::from(blade.to_local(case.snapshot.domain.to_world(p.grid())).z < 0.0);
+        }
+    }
+    cases
+}
+
 /// A frame through sorts, a wall, a ball and a blade: what two runs of an engine have to agree on to the bit.
 pub fn mixed() -> Case {
     let mut s = block(IVec3::new(16, 12, 16), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });

@@ -108,6 +108,16 @@ fn cut_through_cuts_agrees() {
     assert_all(agreement::recut());
 }
 
+/// A blade that cuts down between two bodies bears nothing by its edge, in one it does.
+#[test]
+fn parted_clay_agrees() {
+    let force = |a: &Agreement| Oracle::new(&a.case.snapshot).run(&a.case.plan).tools[0].force.y;
+    let cut = agreement::blades().into_iter().find(|a| a.case.plan.tools[0].tool.contact == Contact::Slip).expect("one");
+    let (parted, whole) = (force(&agreement::parted()[0]), force(&cut));
+    assert!(whole > 0.0 && parted.abs() < 0.01 * whole, "{parted} N and {whole}");
+    assert_all(agreement::parted());
+}
+
 #[test]
 fn welding_agrees() {
     let welded = agreement::welding().iter().map(|a| Oracle::new(&a.case.snapshot).run(&a.case.plan).welded).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
 //! The passes: their texts, in the order in which a frame runs them. [`super::encode`] dispatches them.
 
 use super::part::{
-    ARRIVALS, BETWEEN, BOOKS, CONTACT, CUTS, CUTS_WRITTEN, EDGE, LAW, MEETING, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD,
+    AHEAD, ARRIVALS, BETWEEN, BOOKS, CONTACT, CUTS, CUTS_WRITTEN, EDGE, LAW, MEETING, SPRINGS, STATE, TABLE, TOOL, WALLS, YIELD,
 };
 
 /// One compute pass: its name, also its entry point and its file's stem, the shared texts it needs, and its
@@ -47,9 +47,9 @@ passes! {
     // Substep.
     Clear = "clear", false, [];
     Averaging = "averaging", false, [STATE, LAW];
-    Tags = "tags", true, [STATE, TOOL];
+    Tags = "tags", true, [STATE, TOOL, EDGE, AHEAD];
     Classes = "classes", true, [STATE, TABLE];
-    Penalty = "penalty", false, [STATE, TABLE, TOOL, SPRINGS, EDGE, BOOKS, ARRIVALS];
+    Penalty = "penalty", false, [STATE, TABLE, TOOL, SPRINGS, EDGE, AHEAD, BOOKS, ARRIVALS];
     P2g = "p2g", false, [STATE, TABLE, CUTS];
     Sides = "sides", true, [WALLS, CUTS_WRITTEN];
     Faces = "faces", true, [TABLE, CUTS_WRITTEN, BETWEEN];

@@ -16,6 +16,7 @@ struct Pressed {
     offset: vec3f,
     velocity: vec3f,
     tags: u32,
+    key: u32, // of its class
     mass: f32,
     given: vec3f, // velocity that the tools give it
     before: array<vec4f, ANCHORS_MAX>,
@@ -32,6 +33,7 @@ fn pressed_at(i: u32) -> Pressed {
     let velocity = state[at(VELOCITY, i)];
     p.velocity = velocity.xyz;
     p.tags = bitcast<u32>(velocity.w);
+    p.key = key_of(body_at(i), p.tags);
     p.mass = state[at(AFFINE, i)].w;
     p.walls = bitcast<u32>(state[at(STRESS + 1u, i)].z);
     if params.pressing == 0u { return p; }
@@ -80,14 +82,15 @@ fn give(p: ptr<function, Pressed>, t: Tool, given: vec3f) -> Taken {
     return Taken(vec4f(-impulse, 1.0), vec4f(-cross(arm, impulse), length(impulse)));
 }
 
-// The edge of a blade holds off clay that has no side of it.
-fn hold_off(p: ptr<function, Pressed>, t: Tool) -> Taken {
+// The edge of a blade holds off clay that has no side of it, where it has something to part there.
+fn hold_off(p: ptr<function, Pressed>, index: u32, t: Tool) -> Taken {
     var taken: Taken;
     if params.toughness == 0.0 || place_of((*p).tags, t.sheet) != NONE { return taken; }
     let q = local_end(t, (*p).cell, (*p).offset);
     let edge = edge_before(t, q);
-    let share = edge_share(edge);
+    var share = edge_share(edge);
     if !edge.is_there || share <= 0.0 { return taken; }
+    share *= wholeness(index, (*p).key);
     var anchor = local_start(t, (*p).cell, (*p).offset);
     let kept = anchor_on(p, t.anchor);
     if kept.is_there { anchor = kept.place; }
@@ -215,7 +218,7 @@ fn press_on(slot: u32, h: vec4u, i: u32, k: u32) {
         var taken: Taken;
         if is_there {
             let tool = tool_now(t);
-            if is_solid(tool) { taken = press(&p, tool); } else { taken = hold_off(&p, tool); }
+            if is_solid(tool) { taken = press(&p, tool); } else { taken = hold_off(&p, t, tool); }
         }
         if any_touches(k, taken.impulse.w != 0.0) { book(books_of(slot), t, k, taken); }
     }

@@ -1,5 +1,5 @@
 // Particles that a blade came near, or swept over, take their side of it (`tool::Blade::near`); those behind
-// it are put back.
+// it are put back. What edges have ahead is summed up.
 
 // The tags without the one at that place.
 fn without(tags: u32, place: u32) -> u32 {
@@ -62,6 +62,15 @@ fn tags(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
             x += t.end_rotation * to.normal * (s * SET_BACK - to.distance);
             atomicAdd(&status.tools[index].pushed_back, 1u);
             atomicMax(&status.tools[index].depth, bitcast<u32>(abs(to.distance)));
+        }
+    }
+    if params.toughness > 0.0 {
+        let key = key_of(body_at(i), packed);
+        let volume = state[at(AFFINE, i)].w * params.density_unit;
+        for (var index = 0u; index < params.tool_count; index++) {
+            let t = tool_now(index);
+            if t.sheet == 0u || is_solid(t) || place_of(packed, t.sheet) != NONE { continue; }
+            see_ahead(index, t, key, volume, local_end(t, cell, x));
         }
     }
     if any(x != start) {

@@ -1,7 +1,9 @@
 //! Tools and separating walls press on particles at the step's end, in cells, steps and eighths of a full
 //! cell's mass; in f64, one particle after the other.
 
+use super::super::super::ahead::ClayAhead;
 use super::super::super::coefficients::ContactCoefficients;
+use super::super::super::cut::ClassKey;
 use super::super::super::params::Domain;
 use super::super::super::penalty::{BOND_REACH, FOUND_DEPTH, Springs, Surface, reach};
 use super::super::super::snapshot::{ANCHORS_MAX, Anchor};
@@ -24,6 +26,8 @@ pub(super) struct Near<'a> {
     blades: Vec<(usize, &'a ToolNow, Blade)>,
     walls: Vec<NearWall>,
     springs: ContactCoefficients,
+    /// What the edges of all tools have ahead.
+    ahead: &'a ClayAhead,
 }
 
 /// What tools and walls do to a particle at a place.
@@ -37,7 +41,12 @@ pub(super) struct Press {
 
 impl<'a> Near<'a> {
     /// Those near `block`, if there are any.
-    pub(super) fn of(block: IVec3, all: &'a [ToolNow], domain: &Domain, springs: ContactCoefficients) -> Option<Self> {
+    pub(super) fn of(
+        block: IVec3,
+        (all, ahead): (&'a [ToolNow], &'a ClayAhead),
+        domain: &Domain,
+        springs: ContactCoefficients,
+    ) -> Option<Self> {
         let is_near = |t: &(usize, &ToolNow)| t.1.is_solid() && t.1.is_near_block(block);
         let tools: Vec<_> = all.iter().enumerate().filter(is_near).collect();
         let blade = |(index, tool): (usize, &'a ToolNow)| {
@@ -48,7 +57,7 @@ impl<'a> Near<'a> {
         let blades: Vec<_> = all.iter().enumerate().filter_map(blade).collect();
         let walls: Vec<_> = NearWall::of(block, domain).into_iter().filter(NearWall::is_separating).collect();
         let is_any = !tools.is_empty() || !blades.is_empty() || !walls.is_empty();
-        is_any.then_some(Self { tools, blades, walls, springs })
+        is_any.then_some(Self { tools, blades, walls, springs, ahead })
     }
 
     /// By how much a particle can move before anything here touches it \[cells\]: a distance changes by the
@@ -148,7 +157,7 @@ impl<'a> Near<'a> {
             let side = cold.key().side(tool.sheet);
             let kept = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
             if side == 0 {
-                self.by_edge((*index, *tool), blade, [start, at], kept.map(|anchor| anchor.1), sum);
+                self.by_edge((*index, *tool, cold.key()), blade, [start, at], kept.map(|anchor| anchor.1), sum);
                 continue;
             }
             let Some((distance, normal)) = blade.flank(side, start, at) else { continue };
@@ -173,7 +182,7 @@ impl<'a> Near<'a> {
     /// What the edge of a blade does to clay that has no side of it, by the anchor in the blade's frame.
     fn by_edge(
         &self,
-        (index, tool): (usize, &'a ToolNow),
+        (index, tool, key): (usize, &'a ToolNow, ClassKey),
         blade: &Blade,
         [start, at]: [DVec3; 2],
         kept: Option<DVec3>,
@@ -181,7 +190,8 @@ impl<'a> Near<'a> {
     ) {
         let Some(edge) = (if self.springs.toughness > 0.0 { blade.edge(start) } else { None }) else { return };
         let advance = blade.advance(&edge, at, kept);
-        let (force, left) = self.springs.of(sum.volume).cut(edge.share, advance);
+        let share = edge.share * self.ahead.wholeness(index, key);
+        let (force, left) = self.springs.of(sum.volume).cut(share, advance);
         sum.force += edge.direction * force;
         match sum.asked {
             Asked::Force => {}

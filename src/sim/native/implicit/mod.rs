@@ -31,6 +31,7 @@ mod slope;
 mod tile;
 mod vectors;
 
+use super::super::ahead::ClayAhead;
 use super::super::health::Health;
 use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, Working, is_about};
 use super::super::params::BLOCK;
@@ -122,14 +123,14 @@ struct System<'a> {
 pub(super) fn step(
     kept: &mut Implicit,
     (state, grid, tiles): (&mut State, &mut Grid, &mut Tiles),
-    (particles, nodes): (&ParticleStep<'_>, &GridStep),
+    (particles, nodes, ahead): (&ParticleStep<'_>, &GridStep, &ClayAhead),
     arrivals: &mut Arrivals,
     averaging: f32,
     passes: u32,
 ) -> Result<StepReport, Health> {
     arrivals.clear();
     let Implicit { multigrid, classes, rows, slopes, search } = kept;
-    let near = slope::found(particles, state, tiles, classes, arrivals);
+    let near = slope::found((particles, ahead), state, tiles, classes, arrivals);
     let modulus = 2.0 * f64::from(particles.step.law.lambda + particles.step.law.mu2);
     let begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals), modulus);
     let sources = slope::find_sources(&begun.layout, &begun.tagged_slots, classes);

@@ -1,5 +1,6 @@
 //! The passes of the implicit step over all blocks: from particles to nodes and back.
 
+use super::super::super::ahead::ClayAhead;
 use super::super::super::params::Domain;
 use super::super::contact::Moment;
 use super::super::grid::{Tiles, sum_untagged};
@@ -24,7 +25,7 @@ use rayon::prelude::*;
 /// What particles bring to the nodes when the step begins, in `tiles`: see [`eights::found_with`]. Makes the
 /// classes; notes and marks where clay has arrived at walls. Returns what is near each block.
 pub(super) fn found<'a>(
-    s: &ParticleStep<'a>,
+    (s, ahead): (&ParticleStep<'a>, &'a ClayAhead),
     state: &mut State,
     tiles: &mut Tiles,
     classes: &mut Vec<Class>,
@@ -40,7 +41,7 @@ pub(super) fn found<'a>(
         .zip(split(classes, &counts))
         .collect();
     let near = tasks.into_par_iter().with_min_len(4).map_init(Tile::zero, |scratch, (((w, untagged), tagged), classes)| {
-        let near = Near::of(w.block, s.tools, s.domain, s.springs);
+        let near = Near::of(w.block, (s.tools, ahead), s.domain, s.springs);
         let (mut tagged, mut classes) = (tagged.iter_mut(), classes.iter_mut());
         s.at(w.block, Moment::End, |spot| {
             arrive(w.block, s.domain, spot, w.hot, w.cold, arrivals);

@@ -48,8 +48,10 @@ impl Solver {
             let began = Instant::now();
             let nodes = GridStep::new(&coefficients, plan, &domain, dt, s);
             let clay = (&mut self.state, &mut self.grid, &mut self.tiles);
-            let report = implicit::step(&mut self.implicit, clay, (&particles, &nodes), &mut self.arrivals, averaging, passes)
-                .map_err(Failure::Health)?;
+            let ahead = std::mem::take(&mut tally.ahead);
+            let report =
+                implicit::step(&mut self.implicit, clay, (&particles, &nodes, &ahead), &mut self.arrivals, averaging, passes)
+                    .map_err(Failure::Health)?;
             self.is_sorted = false;
             tally.timings.grid += report.seconds;
             tally.timings.particles += began.elapsed().as_secs_f64() - report.seconds;

@@ -140,7 +140,7 @@ impl Press {
         springs: &Springs,
         around: &Surroundings,
     ) {
-        let Some(held) = hold_off(particle, tool, way, springs, around) else { return };
+        let Some(held) = hold_off(particle, (index, tool), way, springs, around) else { return };
         self.force += held.force;
         self.stiffness += held.stiffness;
         self.anchors.push((tool.path.id, held.anchor));

@@ -33,7 +33,7 @@ use super::grid::Grid;
 use super::particle::Particle;
 use super::stencil::stencil;
 use super::tools::Surroundings;
-use super::{sides, tags, walls};
+use super::{penalty, sides, tags, walls};
 use glam::DVec3;
 use multigrid::Multigrid;
 use residual::System;
@@ -49,8 +49,8 @@ pub(super) fn step(
     passes: u32,
     frame: &mut FrameReport,
 ) -> Grid {
-    let around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
-    take_sides(particles, &around, frame);
+    let mut around = Surroundings::new(domain, plan, f64::from(step) * plan.dt);
+    take_sides(particles, &mut around, frame);
     let fields = scatter_fields(particles, &around);
     let mut moved = vec![];
     with_system(particles, &fields, &around, |system, guess| {
@@ -65,13 +65,15 @@ pub(super) fn step(
     fields.0
 }
 
-/// Tags the particles as the explicit step does; what a blade has cut clings to it.
-fn take_sides(particles: &mut [Particle], around: &Surroundings, frame: &mut FrameReport) {
+/// Tags the particles as the explicit step does, and looks at what edges have ahead; what a blade has cut
+/// clings to it.
+fn take_sides(particles: &mut [Particle], around: &mut Surroundings, frame: &mut FrameReport) {
     let before: Vec<ClassKey> = particles.iter().map(Particle::key).collect();
     tags::take_sides(particles, around, frame);
     for (particle, before) in particles.iter_mut().zip(before) {
         contact::cling(particle, before, around);
     }
+    around.ahead = penalty::look_ahead(particles, around);
 }
 
 /// The nodes of a step, walls folded, with the fields that move and their velocities without stress and

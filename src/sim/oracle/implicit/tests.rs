@@ -183,9 +183,9 @@ fn residual_is_the_slope_of_the_potential() {
         let mut plan = plan(clay(), dt);
         plan.tools = vec![tool];
         let mut particles = block(DVec3::new(2.0, 0.1, 2.0), 0.03);
-        let around = Surroundings::new(&domain, &plan, 0.0);
+        let mut around = Surroundings::new(&domain, &plan, 0.0);
         let mut frame = FrameReport { tools: vec![ToolReport::default()], ..FrameReport::default() };
-        take_sides(&mut particles, &around, &mut frame);
+        take_sides(&mut particles, &mut around, &mut frame);
         let grid = scatter_fields(&mut particles, &around);
         with_system(&particles, &grid, &around, |system, guess| {
             let mut random = Random(11);

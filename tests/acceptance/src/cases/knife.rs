@@ -21,6 +21,8 @@ const FRAME: f64 = 0.1;
 const SPEED: f64 = 0.2;
 /// Force below which a frame's balance is not judged [R times the edge's length].
 const FORCE_MIN: f64 = 1e-6;
+/// How far beside an older cut a knife comes into it [cells].
+const BESIDE: f64 = 0.1;
 /// Damping of clay in which the knife is held [1/s]: its swings of some 200 Hz die within it.
 const DAMPING: f64 = 300.0;
 
@@ -154,8 +156,10 @@ fn adhesion(stroke: &Stroke) -> f64 {
 }
 
 /// What a knife does where it cuts nothing new [of R times the area it has cut]: drawn back, out of the clay,
-/// on in its own cut; and what it bears when it is held in the clay and when it goes on [R times its length].
-fn again(stroke: &Stroke) -> [f64; 5] {
+/// on in its own cut; what it bears when it is held in the clay and when it goes on [R times its length];
+/// and the same of other knives that come into that cut, along it and [`BESIDE`] it, and of the last that
+/// goes on.
+fn again(stroke: &Stroke) -> [f64; 8] {
     let mut run = stroke.cut();
     let cut = DEPTH;
     // Clay that swings shakes off what the edge holds, by as much as it swings: it is braked, and damped.
@@ -175,7 +179,15 @@ fn again(stroke: &Stroke) -> [f64; 5] {
     let on = run.force;
     run.go(DEPTH + 3.0, DVec3::Y);
     let air = run.go(1.0, DVec3::Y) / cut;
-    [held, out, air, back, on].map(|value| run.judged(value))
+    let above = run.mover.pose.position - DVec3::Y * (2.0 * DX);
+    let [along, beside] = [(2, 0.0), (3, BESIDE)].map(|(id, beside)| {
+        run.mover.id = id;
+        run.mover.pose.position = above + run.mover.pose.rotation * DVec3::Z * (beside * DX);
+        run.go(DEPTH + 1.0, DVec3::NEG_Y) / cut
+    });
+    run.go(2.0, DVec3::NEG_Y);
+    let beyond = run.force;
+    [held, out, air, back, on, along, beside, beyond].map(|value| run.judged(value))
 }
 
 /// The work of the edge at several places and angles and at a quarter of the step, adhesion beside it, and
@@ -191,11 +203,12 @@ pub fn forces(size: Size) -> Vec<Row> {
     let angles = turns.iter().map(|turn| Stroke { turn: *turn, ..knife });
     let strokes: Vec<Stroke> =
         places.chain(angles).chain([tough, wire, crossing, Stroke { step: 0.25, ..knife }, knife]).collect();
-    let off: Vec<f64> = strokes.par_iter().map(off).collect();
+    let rest = || rayon::join(|| again(&knife), || adhesion(&knife));
+    let (off, (again, adhesion)) = rayon::join(|| strokes.par_iter().map(off).collect::<Vec<f64>>(), rest);
     let (at_places, rest) = off.split_at(offsets.len());
     let (at_angles, rest) = rest.split_at(turns.len());
     let [of_tough, of_wire, crossed, fine, coarse] = rest else { return vec![] };
-    let [held, out, air, back, on] = again(&knife);
+    let [held, out, air, back, on, along, beside, beyond] = again;
     vec![
         Row::at_most("knife: work off toughness times area, worst place", worst(at_places.iter().copied()), "relative", 0.05),
         Row::at_most("knife: the same, worst angle to the grid", worst(at_angles.iter().copied()), "relative", 0.05),
@@ -208,11 +221,14 @@ pub fn forces(size: Size) -> Vec<Row> {
             "relative",
             0.03,
         ),
-        Row::at_most("knife: flanks that stick, off 2 k L h by", adhesion(&knife).abs(), "relative", 0.1),
+        Row::at_most("knife: flanks that stick, off 2 k L h by", adhesion.abs(), "relative", 0.1),
         Row::at_least("knife: force held still", held, "R L", 0.9),
         Row::at_most("knife: work when drawn back", out, "of R A", 0.01),
         Row::at_most("knife: work in air", air.abs(), "of R A", 1e-9),
         Row::at_most("knife: work in its own cut", back.abs(), "of R A", 0.01),
         Row::at_most("knife: force beyond its own cut, off R L", (on - 1.0).abs(), "relative", 0.1),
+        Row::at_most("knife: work of another in that cut", along.abs(), "of R A", 0.01),
+        Row::at_most("knife: the same, a tenth of a cell beside it", beside.abs(), "of R A", 0.01),
+        Row::at_most("knife: force of another beyond that cut, off R L", (beyond - 1.0).abs(), "relative", 0.1),
     ]
 }

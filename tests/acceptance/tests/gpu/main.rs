@@ -165,6 +165,7 @@ fn main() {
         cases("kept_cut_agrees", agreement::kept_cut),
         cases("crossed_cuts_agree", agreement::crossed_cuts),
         cases("cut_through_cuts_agrees", agreement::recut),
+        cases("parted_clay_agrees", agreement::parted),
         cases("welding_agrees", agreement::welding),
         cases("carried_sides_agree", agreement::carrying),
         cases("bodies_agree", agreement::bodies),

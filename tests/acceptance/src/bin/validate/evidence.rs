@@ -105,6 +105,8 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("knife", "knife: flanks", "`2 k L h`"),
     exact("knife", "knife: work when", "0: nothing new is cut"),
     exact("knife", "knife: work in", "0: nothing new is cut"),
+    exact("knife", "knife: work of another", "0: nothing new is cut"),
+    exact("knife", "knife: the same, a tenth", "0: nothing new is cut"),
     exact("knife", "knife: force", "`R L`"),
     exact("step with a tool", "", "no less than without a tool"),
     compared(
