@@ -7,7 +7,7 @@ use bevy_clay::surface::ray::cast_ray;
 use glam::{DVec2, DVec3};
 
 /// Rays across a dent, each way.
-const RAYS: i32 = 40;
+const RAYS: i32 = 20;
 /// Least part of the whole that counts as a body of its own.
 const BODY_PART: f64 = 0.005;
 
