@@ -1,6 +1,6 @@
 // The clay ahead of the edges of blades, and what of it is still to be parted (`sim::ahead`): sums by class
 // in fixed point, in a table of each tool that is open at a class's own place. Of more classes than it has
-// places the last are whole.
+// places those that come last are whole, and which they are depends on who comes first.
 
 // Of a cell^3: fine enough for the first substep in which an edge comes to clay, coarse enough for edges of
 // 4,000 cells.

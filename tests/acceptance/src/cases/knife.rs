@@ -59,8 +59,7 @@ struct Run {
 }
 
 impl Stroke {
-    /// A knife of a blade wider than the clay, without friction. It touches the clay in its cut: one that
-    /// does not is out of it, and cuts anew.
+    /// A knife of a blade wider than the clay, without friction.
     fn new() -> Self {
         let shape = ToolShape::Blade { half_width: 9.0, half_height: 7.0 };
         let (contact, material) = (Contact::Slip, Preset::SoftClay.material());
