@@ -159,6 +159,10 @@ validate() {
     local status=0 suite suites validate=$CARGO_TARGET_DIR/debug/validate out=$results/validate
     mkdir -p "$out"
     suites=$("$validate" --help | sed -n '/- speed:/q; s/^ *- \([a-z]*\):.*/\1/p' | sort)
+    [ -n "$suites" ] || {
+        echo "validate --help names no suite" >&2
+        return 1
+    }
     # shellcheck disable=SC2016 # expanded by that shell
     RAYON_NUM_THREADS=1 xargs -P "$(nproc)" -I SUITE sh -c '"$1" "$3" --quick --json "$2/$3.json" >"$2/$3" 2>&1' sh "$validate" "$out" SUITE <<<"$suites" || status=$?
     for suite in $suites; do

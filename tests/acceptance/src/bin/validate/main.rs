@@ -28,7 +28,7 @@ use std::time::Instant;
 struct Args {
     /// The cases to run.
     suite: Suite,
-    /// Smaller cases: under 3 minutes on 2 cores.
+    /// Smaller cases: all of them take 10 to 20 minutes on 2 cores.
     #[arg(long)]
     quick: bool,
     /// Writes the rows to FILE.
