@@ -17,8 +17,8 @@ use clay_acceptance::restart;
 use libtest_mimic::{Arguments, Failed, Trial};
 
 thread_local! {
-    /// The engine whose shaders all tests of a thread share; why there is none. Each thread has a device of its
-    /// own: one alone does not keep a processor busy that stands in for it. It stays to the end of the
+    /// The engine whose shaders all tests of a thread share; why there is none. Each thread has a device of
+    /// its own: one alone does not keep a processor busy that stands in for it. It stays to the end of the
     /// process: a device does not end with a thread's locals.
     static ENGINE: Result<&'static GpuEngine, String> = match GpuMode::from_env() {
         Ok(GpuMode::Off) => Err("CLAY_GPU=off".into()),
