@@ -1,11 +1,12 @@
 //! When the windows are drawn, and what of them: not while the last picture is still being drawn, for no more
 //! than a share of the time, and when there is something new to see. Views that have not changed stay as they
-//! are, and are drawn once more in full when they have not for a while; panels come less often while a view
-//! changes. Between two pictures the app goes on: input is taken, clay is worked on.
+//! are, and are drawn once more in full when they have not for a while and no clay is worked on; panels come
+//! less often while a view changes. Between two pictures the app goes on: input is taken, clay is worked on.
 
 use super::super::clay::{ClaySettings, MeshQuality};
 use super::super::engine::ClayEngine;
 use super::super::show::ClaySurface;
+use super::super::status::ClayMetrics;
 use super::plain::PlainLook;
 use super::screens::{Due, Screens};
 use super::settings::{ScreenCamera, SoftwareDrawing};
@@ -38,6 +39,9 @@ type News<'w, 's> = (
 const PERIOD: Duration = Duration::from_millis(45);
 /// How long nothing has changed before the views are drawn in full.
 const STILL: Duration = Duration::from_millis(500);
+/// The same while clay is worked on. A frame of it may take longer than [`STILL`]; a picture in full between
+/// every two would take the time that the next one needs: a knife was twice as long on its way.
+const WORKED: Duration = Duration::from_secs(4);
 
 /// What is new since the last picture.
 #[derive(Debug, Default)]
@@ -50,6 +54,8 @@ pub(super) struct Stale {
     is_asked: bool,
     /// When a view changed last.
     moved: Option<Instant>,
+    /// Whether clay is worked on.
+    is_worked: bool,
     /// When panels were drawn last.
     panels: Option<Instant>,
 }
@@ -57,7 +63,8 @@ pub(super) struct Stale {
 impl Stale {
     /// Whether nothing has changed for a while.
     fn is_still(&self, now: Instant) -> bool {
-        self.moved.is_none_or(|moved| now.saturating_duration_since(moved) >= STILL)
+        let patience = if self.is_worked { WORKED } else { STILL };
+        self.moved.is_none_or(|moved| now.saturating_duration_since(moved) >= patience)
     }
 
     /// What is worth drawing after a picture that was `before`, of what is asked for and allowed.
@@ -78,7 +85,7 @@ fn decide(
     settings: Res<SoftwareDrawing>,
     (moved, wanted): (Query<(), Moved>, Query<(), Wanted>),
     surfaces: Query<(), Changed<ClaySurface>>,
-    clays: Query<(&ClayEngine, &ClaySettings, Option<&ClaySurface>)>,
+    clays: Query<(&ClayEngine, &ClaySettings, &ClayMetrics, Option<&ClaySurface>)>,
     mut news: News,
     mut stale: Local<Stale>,
     (mut screens, mut cameras): (ResMut<Screens>, Query<&mut ScreenCamera>),
@@ -92,12 +99,14 @@ fn decide(
         stale.is_view = true;
         stale.moved = Some(now);
     }
+    let is_worked = clays.iter().any(is_under_way);
+    stale.is_worked = is_worked && clays.iter().any(|(_, _, metrics, _)| !metrics.is_resting);
     stale.is_clay |= !surfaces.is_empty();
     stale.is_asked |= news.0.read().count() > 0;
     let age = screens.meter.age(now);
     // Between a press and its answer what moves beside the clay is not worth a picture: it would hold the
     // answer up.
-    let is_awaited = !stale.is_clay && age.is_some_and(|age| age < PATIENCE) && clays.iter().any(is_under_way);
+    let is_awaited = !stale.is_clay && age.is_some_and(|age| age < PATIENCE) && is_worked;
     let is_free = age.is_none_or(|age| age >= PERIOD) && screens.meter.has_time(now, settings.share);
     let before = Due { is_any: false, ..screens.due };
     screens.due = match stale.due(before, now, &settings) {
@@ -119,7 +128,7 @@ fn decide(
 }
 
 /// Whether there will soon be another surface.
-fn is_under_way((engine, settings, surface): (&ClayEngine, &ClaySettings, Option<&ClaySurface>)) -> bool {
+fn is_under_way((engine, settings, _, surface): (&ClayEngine, &ClaySettings, &ClayMetrics, Option<&ClaySurface>)) -> bool {
     let is_shown = settings.mesh != MeshQuality::Off;
     is_shown && (engine.pending() > 0 || surface.is_some_and(|surface| surface.revision() != engine.revision()))
 }
@@ -143,6 +152,10 @@ mod tests {
         assert_eq!(stale.due(first, at(201), &settings), due(true, true, false));
         stale = Stale { is_view: false, is_asked: false, ..stale };
         assert_eq!(stale.due(first, at(499), &settings), due(false, false, false), "nothing is new");
+        stale.is_worked = true;
+        assert_eq!(stale.due(first, at(699), &settings), due(false, false, false), "clay will be");
+        assert!(stale.is_still(at(4000)), "it looks the same for long");
+        stale.is_worked = false;
         let still = stale.due(first, at(510), &settings);
         assert_eq!(still, due(true, true, true), "all pixels");
         stale.panels = Some(at(510));

@@ -26,7 +26,8 @@ pub struct SoftwareDrawing {
     pub when: SoftwareDrawingUse,
     /// Pixels of the window's side per pixel of the picture's while a view changes, at least 1.
     pub shrink: u32,
-    /// The same of the picture that is drawn once nothing has changed for half a second, at least 1.
+    /// The same of the picture that is drawn once nothing has changed for half a second, for four seconds
+    /// while clay is worked on, at least 1.
     pub still_shrink: u32,
     /// Whether lights keep their shadows.
     pub shadows: bool,
