@@ -44,6 +44,14 @@ fn agrees(cases: fn() -> Vec<Agreement>) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Of cases of every shape with every contact those in which each shape has one, all contacts in turn: the
+/// law of contact knows no shape. The native engine, which no processor stands in for, is judged by all.
+fn one_contact_each(cases: Vec<Agreement>) -> Vec<Agreement> {
+    let contacts = Contact::ALL.len();
+    let is_of_turn = |i: usize| i % contacts == i / contacts % contacts;
+    cases.into_iter().enumerate().filter(|(i, _)| is_of_turn(*i)).map(|(_, case)| case).collect()
+}
+
 /// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a
 /// blade, where up to nine classes of clay enter the same blocks' lists.
 fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
@@ -149,12 +157,14 @@ fn cases(name: &'static str, cases: fn() -> Vec<Agreement>) -> Test {
 fn main() {
     let arguments = Arguments::from_args();
     let tests = [
+        // The longest first: at the end it would run alone.
+        with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),
         with_engine("each_pass_agrees", passes::each_pass_agrees),
         cases("impact_agrees", agreement::impact),
         cases("walls_in_a_corner_agree", agreement::walls_in_a_corner),
         cases("asymmetric_deformation_agrees", agreement::asymmetric_deformation),
-        cases("solid_tools_agree", agreement::solid_tools),
-        cases("found_tools_agree", agreement::found_tools),
+        cases("solid_tools_agree", || one_contact_each(agreement::solid_tools())),
+        cases("found_tools_agree", || one_contact_each(agreement::found_tools())),
         cases("tools_in_a_corner_agree", agreement::tools_in_a_corner),
         cases("thin_plates_agree", agreement::thin_plates),
         with_engine("anchors_end_where_the_touch_does", anchors_end_where_the_touch_does),
@@ -166,7 +176,7 @@ fn main() {
         cases("blades_agree", agreement::blades),
         cases("flanks_of_worked_clay_agree", agreement::worked_flanks),
         cases("other_blades_agree", agreement::other_blades),
-        cases("all_blades_agree", agreement::all_blades),
+        cases("all_blades_agree", || one_contact_each(agreement::all_blades())),
         cases("kept_cut_agrees", agreement::kept_cut),
         cases("crossed_cuts_agree", agreement::crossed_cuts),
         cases("cut_through_cuts_agrees", agreement::recut),
@@ -195,7 +205,6 @@ fn main() {
         with_engine("crowded_blocks_repeat", robust::crowded_blocks_repeat),
         with_engine("too_many_tools_are_refused", robust::too_many_tools_are_refused),
         with_engine("two_engines_share_nothing", robust::two_engines_share_nothing),
-        with_engine("engines_carve_the_same_bunny", scene::engines_carve_the_same_bunny),
         ("limits_are_named", Box::new(robust::limits_are_named)),
         ("lost_device_is_told", Box::new(robust::lost_device_is_told)),
         ("lost_device_answers_requests", Box::new(stopped::lost_device_answers_requests)),
