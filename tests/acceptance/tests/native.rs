@@ -4,7 +4,7 @@
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::implicit::{Pace, SAMPLE, Shape, Stroke, Way};
 use clay_acceptance::cases::{
-    blade, contact, elastic, input, law, methods, motion, press, published, robust, slide, slump, stability, storage,
+    blade, contact, elastic, input, law, methods, motion, press, published, robust, slide, stability, storage,
 };
 use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step};
 use clay_acceptance::report::Row;
