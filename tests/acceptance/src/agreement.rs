@@ -494,10 +494,10 @@ pub fn parted() -> Vec<Agreement> {
 
 /// A frame through sorts, a wall, a ball and a blade: what two runs of an engine have to agree on to the bit.
 pub fn mixed() -> Case {
-    let mut s = block(IVec3::new(12, 8, 12), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });
+    let mut s = block(IVec3::splat(8), 0.5, floor_walls(Wall::Separate), ClayMaterial { softening: 0.3, ..soft() });
     let mut p = plan(&s, 0.25, 60, vec![]);
     velocities(&mut s, |_| DVec3::new(0.01, -0.05, 0.02) * CELL / p.dt);
-    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(12.0, 9.0, 12.0);
+    let at = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.0, 9.0, 10.0);
     let blade = Tool { shape: ToolShape::Blade { half_width: 0.1, half_height: 0.1 }, contact: SEPARATE };
     let ball = Tool { shape: ToolShape::Sphere { radius: 0.04 }, contact: SEPARATE };
     p.tools = vec![
