@@ -153,7 +153,7 @@ mod tests {
         stale = Stale { is_view: false, is_asked: false, ..stale };
         assert_eq!(stale.due(first, at(499), &settings), due(false, false, false), "nothing is new");
         stale.is_worked = true;
-        assert_eq!(stale.due(first, at(510), &settings), due(false, false, false), "clay is worked on");
+        assert_eq!(stale.due(first, at(510), &settings), due(false, true, false), "clay is worked on");
         assert!(stale.is_still(at(4000)), "it looks the same for long");
         stale.is_worked = false;
         let still = stale.due(first, at(510), &settings);
