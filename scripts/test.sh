@@ -10,8 +10,8 @@ export CARGO_TARGET_DIR CARGO_TERM_PROGRESS_WHEN=never
 # install.sh has seen to a Vulkan driver: on a build machine its absence is a fault, elsewhere the tests that need it are ignored.
 [ -z "${CI:-}" ] || export CLAY_GPU=${CLAY_GPU:-require}
 # Where all is built once, what would make a second build shorter only makes the first one longer: 16 % of the crate's own. So do the lines of a
-# backtrace, 5 %: a panic says where it is without them. In one unit a crate takes a quarter less of a processor than in 16, and its code is 15 % faster; there are
-# other crates for the other cores.
+# backtrace, 5 %: a panic says where it is without them. In one unit a crate takes a quarter less of a processor than in 16, and its code is 15 %
+# faster; there are other crates for the other cores.
 [ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=false CARGO_PROFILE_DEV_CODEGEN_UNITS=1
 results=$CARGO_TARGET_DIR/checks
 # All that draws, with one set of features: another would compile Bevy once more.
