@@ -98,7 +98,7 @@ impl ClayEngine {
     /// The surface particles at the end of the last reported frame. Converts every particle: see
     /// [`Self::surface_deferred`].
     pub fn surface(&self) -> Option<SurfaceSource> {
-        self.surface_deferred().map(|make| make())
+        self.surface_deferred()?().ok()
     }
 
     /// [`Self::surface`] as of now, to be made on another thread.
@@ -187,7 +187,7 @@ impl ClayEngine {
             && self.kept.revision != self.revision
             && let Ok(ticket) = self.request_state()
         {
-            self.kept.copying = Some(AsyncComputeTaskPool::get().spawn(async move { ticket.await.map(|make| make()) }));
+            self.kept.copying = Some(AsyncComputeTaskPool::get().spawn(async move { ticket.await?() }));
             self.kept.at = Instant::now();
             self.kept.revision = self.revision;
         }
@@ -326,7 +326,8 @@ impl EngineStart {
             engine.set_leaving(true);
             if engine.pending() == 0 {
                 let (ticket, kept) = (engine.request_state()?, engine.kept.snapshot.clone());
-                self.spawn(want, async { Ok(ticket.await.map_or_else(|StateLost| go_on_from(kept), |make| Arc::new(make()))) });
+                let state = async { ticket.await?() };
+                self.spawn(want, async { Ok(state.await.map_or_else(|StateLost| go_on_from(kept), Arc::new)) });
             }
         }
         Ok(())

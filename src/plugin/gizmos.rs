@@ -9,6 +9,7 @@ use super::engine::ClayEngine;
 use super::held::HeldTime;
 use super::space::ClaySpace;
 use super::tool::{SculptTool, ToolForce};
+use crate::sim::engine::StateLost;
 use crate::sim::tool::{Pose, ToolShape};
 use bevy::color::palettes::tailwind;
 use bevy::gizmos::GizmoPlugin;
@@ -87,7 +88,7 @@ impl Plugin for ClayGizmosPlugin {
 struct Sketched {
     /// The revision of the clay, and its lines.
     found: Option<((u64, u64), Sketch)>,
-    under_way: Option<((u64, u64), Task<Sketch>)>,
+    under_way: Option<((u64, u64), Task<Result<Sketch, StateLost>>)>,
     looked: Option<Instant>,
 }
 
@@ -110,7 +111,8 @@ fn look(mut clays: Query<(&ClayEngine, &mut Sketched), With<Clay>>, store: Res<G
         if let Some((revision, task)) = &mut sketched.under_way
             && let Some(sketch) = check_ready(task)
         {
-            sketched.found = Some((*revision, sketch));
+            // What is lost with its device is looked for again.
+            sketched.found = sketch.ok().map(|sketch| (*revision, sketch)).or_else(|| sketched.found.take());
             sketched.under_way = None;
         }
         let revision = engine.revision();
@@ -120,7 +122,7 @@ fn look(mut clays: Query<(&ClayEngine, &mut Sketched), With<Clay>>, store: Res<G
             && sketched.found.as_ref().is_none_or(|(found, _)| *found != revision)
             && let Some(make) = engine.surface_deferred()
         {
-            let task = AsyncComputeTaskPool::get().spawn(async move { Sketch::new(&make()) });
+            let task = AsyncComputeTaskPool::get().spawn(async move { make().map(|source| Sketch::new(&source)) });
             sketched.under_way = Some((revision, task));
             sketched.looked = Some(Instant::now());
         }

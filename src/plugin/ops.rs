@@ -139,7 +139,7 @@ fn begin(mut clays: Query<Asked, With<Clay>>, mut commands: Commands, held: Res<
             ops.start = Some(start.clone());
             let kept = history.shared();
             let task = AsyncComputeTaskPool::get().spawn(async move {
-                kept.begin(state.await.map_err(|e| e.to_string())?());
+                kept.begin(state.await.and_then(|make| make()).map_err(|e| e.to_string())?);
                 Ok(Done { new: None, extent: Some(kept.extent()) })
             });
             ops.under_way = Some((start.clone(), task));
@@ -170,7 +170,7 @@ struct Work {
 impl Work {
     async fn run(self) -> Result<Done, String> {
         let Self { op, state, is_mid_stroke, start, kept } = self;
-        let now = state.await.map_err(|e| e.to_string())?();
+        let now = state.await.and_then(|make| make()).map_err(|e| e.to_string())?;
         let cell_width = now.domain.cell_width;
         // A stroke that is cut off by what is asked for is one all the same, whatever comes of that.
         let is_kept = is_mid_stroke && op != Op::Record;
@@ -292,7 +292,8 @@ fn export(asked: On<ExportClay>, mut clays: Query<(&mut Ops, Option<&ClayEngine>
     };
     ops.exports.push(AsyncComputeTaskPool::get().spawn(async move {
         // Grains are left out: they are no solid.
-        let mesh = extract_with_grains(&surface(), &SurfaceSettings::default()).mesh;
+        let surface = surface().map_err(|e| e.to_string())?;
+        let mesh = extract_with_grains(&surface, &SurfaceSettings::default()).mesh;
         written(&path, &mesh, &options)
     }));
 }

@@ -8,7 +8,7 @@ use super::entity::{self, ShownMesh};
 use super::held::HeldTime;
 use super::material::{self, NoAutoMaterial};
 use super::schedule::ClaySystems;
-use crate::sim::engine::Deferred;
+use crate::sim::engine::{Deferred, StateLost};
 use crate::sim::frame::SurfaceSource;
 use crate::surface::extract::extract_by;
 use crate::surface::field::{Field, SurfaceSettings, Tier};
@@ -125,7 +125,7 @@ pub(super) struct DrawnByDevice;
 /// The surface on its way, if there is one.
 #[derive(Component, Default)]
 pub(super) struct Extracting {
-    under_way: Option<(State, Task<Extracted>)>,
+    under_way: Option<(State, Task<Result<Extracted, StateLost>>)>,
 }
 
 /// A surface as it comes from its task, ready to be swapped in.
@@ -146,16 +146,19 @@ enum Draw {
 
 impl Extracted {
     /// The surface of a state; the one `before` goes on where it stands for that.
-    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State, before: Option<ClaySurface>) -> Self {
+    ///
+    /// # Errors
+    /// The state is lost with its device.
+    fn new(make: Deferred<SurfaceSource>, tier: Tier, state: State, before: Option<ClaySurface>) -> Result<Self, StateLost> {
         let began = Instant::now();
         let settings = SurfaceSettings::new(tier);
-        let source = make();
+        let source = make()?;
         let (field, grains) = match state.is_shown {
             true => grains::field_and_grains(&source, &settings),
             false => (Field::of_particles(&source, &settings), vec![]),
         };
         if let Some(before) = before.filter(|b| b.is_still(&field, &grains, state, source.domain.cell_width)) {
-            return Self { surface: ClaySurface { state, ..before }, drawn: Draw::Same };
+            return Ok(Self { surface: ClaySurface { state, ..before }, drawn: Draw::Same });
         }
         let mesh =
             state.is_shown.then(|| extract_by(&field, settings.iso_threshold, &Rules::new(settings.method), settings.normals));
@@ -170,7 +173,8 @@ impl Extracted {
         });
         let (mesh, field) = (all.map(|all| Arc::new(all.mesh)), Arc::new(field));
         let extract_ms = began.elapsed().as_secs_f64() * 1e3;
-        Self { surface: ClaySurface { mesh, grains: grains.into(), field, settings, bounds, state, extract_ms }, drawn }
+        let surface = ClaySurface { mesh, grains: grains.into(), field, settings, bounds, state, extract_ms };
+        Ok(Self { surface, drawn })
     }
 }
 
@@ -219,6 +223,8 @@ pub(super) fn swap(
         let Some(new) = check_ready(task) else { continue };
         let state = *state;
         extraction.under_way = None;
+        // What is lost with its device is asked for again, of the engine that goes on.
+        let Ok(new) = new else { continue };
         // A clay about to be replaced keeps what it shows until the next one is there.
         if state.generation != engine.generation || engine.is_leaving() || settings.mesh == MeshQuality::Off {
             continue;

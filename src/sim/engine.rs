@@ -13,8 +13,9 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-/// A result whose making is left to the thread that calls it.
-pub type Deferred<T> = Box<dyn FnOnce() -> T + Send>;
+/// A result whose making is left to the thread that calls it: fails if the device that has the numbers is
+/// lost before they are read.
+pub type Deferred<T> = Box<dyn FnOnce() -> Result<T, StateLost> + Send>;
 
 /// Why an engine refused a call.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -46,10 +47,17 @@ pub struct StateTicket(oneshot::Receiver<Deferred<Snapshot>>);
 #[derive(Debug)]
 pub struct StatePromise(oneshot::Sender<Deferred<Snapshot>>);
 
-/// The engine stopped, went, or took other clay, before it had handed out the state that was asked for.
+/// The engine stopped, went, took other clay, or lost its device, before it had handed out the state that was
+/// asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the engine went before it had handed out its state")]
 pub struct StateLost;
+
+impl From<StateLost> for EngineError {
+    fn from(lost: StateLost) -> Self {
+        Self::Stopped(lost.to_string())
+    }
+}
 
 impl StateTicket {
     /// A ticket and what answers it.
@@ -133,9 +141,9 @@ pub trait Engine: Send {
     /// Frames under way.
     fn pending(&self) -> usize;
 
-    /// [`Self::surface_deferred`], made here and now.
+    /// [`Self::surface_deferred`], made here and now; nothing if it is lost.
     fn surface(&self) -> Option<SurfaceSource> {
-        self.surface_deferred().map(|make| make())
+        self.surface_deferred()?().ok()
     }
 
     /// Waits for the next report: for programs without a frame loop.
@@ -166,11 +174,11 @@ pub trait Engine: Send {
         loop {
             let taken = ticket.take();
             if let Ok(Some(make)) = taken {
-                return Ok(make());
+                return Ok(make()?);
             }
             // An engine that has stopped says why.
             self.poll()?;
-            taken.map_err(|lost| EngineError::Stopped(lost.to_string()))?;
+            taken?;
             std::thread::sleep(POLL_EVERY);
         }
     }

@@ -126,7 +126,7 @@ fn state(app: &mut App, clay: Entity) -> Snapshot {
     loop {
         app.update();
         if let Some(make) = ticket.take().expect("an engine") {
-            return make();
+            return make().expect("a device");
         }
     }
 }

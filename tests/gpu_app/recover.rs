@@ -39,7 +39,11 @@ pub(super) fn clay_goes_on_after_the_device_is_lost() -> Result<(), Failed> {
     // The loss shows where Bevy polls the device; devices of two instances compare equal.
     let put_in = |world: &World| world.resource_ref::<RenderDevice>().last_changed();
     let first = put_in(app.world());
+    // With a frame under way, whose results go with the device.
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));
+    settle(&mut app, "a frame under way", |world| world.get::<ClayEngine>(clay).is_some_and(|e| e.pending() > 0))?;
     device.destroy();
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
     settle(&mut app, "another device", |world| put_in(world) != first)?;
     settle(&mut app, "the engine on it", |world| world.get::<ClayEngine>(clay).is_some_and(|e| e.pending() == 0))?;
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(5)));

@@ -105,7 +105,7 @@ fn metrics(app: &App, clay: Entity) -> &ClayMetrics {
 /// The state, which the CPU engine hands out at once.
 fn state(app: &App, clay: Entity) -> Snapshot {
     let mut ticket = engine(app.world(), clay).request_state().expect("clay");
-    ticket.take().expect("an engine").expect("a state")()
+    ticket.take().expect("an engine").expect("a state")().expect("a device")
 }
 
 /// Height [m] of the centre of mass.

@@ -205,7 +205,7 @@ fn take_up(
         made.entry(entity).and_modify(|made| made.upload = Some(upload));
         return Ok(());
     }
-    let source = make();
+    let source = make().map_err(|e| e.to_string())?;
     let count = source.particles.len() as u32;
     if count == 0 {
         made.remove(&entity);

@@ -5,7 +5,6 @@
 // Of a cell^3: fine enough for the first substep in which an edge comes to clay, coarse enough for edges of
 // 4,000 cells.
 const AHEAD_UNIT: f32 = 4194304.0;
-const AHEAD_PLACES: u32 = 32u;
 
 // The i-th place to look for a class at.
 fn ahead_place(key: u32, i: u32) -> u32 {

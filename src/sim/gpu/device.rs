@@ -1,6 +1,9 @@
 //! A device without a window, the limits that clay needs, and what to do where there is none.
 
-use super::super::engine::EngineError;
+use super::super::engine::{EngineError, StateLost};
+use bytemuck::{Pod, pod_collect_to_vec};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
@@ -134,6 +137,18 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, what: &str, work: impl FnOnce() 
         Some(error) => Err(GpuError::Refused { what: what.into(), reason: error.to_string() }),
         None => Ok(made),
     }
+}
+
+/// What lies in `range` \[bytes\] of a buffer that is mapped.
+///
+/// wgpu frees all buffers of a device that the app destroys, those that are mapped too, in whatever poll
+/// comes next. It cannot be asked whether it has, and panics where one is read then.
+///
+/// # Errors
+/// The buffer went with its device.
+pub(crate) fn read_mapped<T: Pod>(buffer: &wgpu::Buffer, range: Range<u64>) -> Result<Vec<T>, StateLost> {
+    let read = || pod_collect_to_vec(&buffer.get_mapped_range(range));
+    catch_unwind(AssertUnwindSafe(read)).map_err(|_| StateLost)
 }
 
 /// Waits for a future that the driver fulfils by itself: wgpu's are ready at once on all native back ends.

@@ -2,6 +2,7 @@
 //! and starts from what was found.
 
 use super::super::cut::ClassKey;
+use super::super::engine::StateLost;
 use super::super::frame::{FrameOutputs, FramePlan, FrameReport, SurfaceParticle};
 use super::super::snapshot::Snapshot;
 use super::handed::Held;
@@ -26,13 +27,18 @@ impl Solver {
 
     /// What the frame that has just ended well hands out: its particles, of the bodies that are found if its
     /// plan asks for them. Then those are the device's from now on, and the report's.
-    pub(super) fn find_bodies(&mut self, readback: Readback, plan: &FramePlan, report: &mut FrameReport) -> Held {
+    pub(super) fn find_bodies(
+        &mut self,
+        readback: Readback,
+        plan: &FramePlan,
+        report: &mut FrameReport,
+    ) -> Result<Held, StateLost> {
         if !plan.finds_bodies {
-            return Held::Device(readback);
+            return Ok(Held::Device(readback));
         }
-        let mut clay = Snapshot::new(self.domain, plan.material, readback.records());
+        let mut clay = Snapshot::new(self.domain, plan.material, readback.records()?);
         clay.find_bodies(plan.dividers());
-        let (records, mut surface) = (clay.particles, readback.surface::<SurfaceParticle>());
+        let (records, mut surface) = (clay.particles, readback.surface::<SurfaceParticle>()?);
         let mut has_changed = false;
         for (particle, found) in surface.iter_mut().zip(&records) {
             let (tags, body) = (packed_tags(found.tags), found.body);
@@ -40,7 +46,7 @@ impl Solver {
             (particle.tags, particle.body) = (tags, body);
         }
         if !has_changed {
-            return Held::Device(readback);
+            return Ok(Held::Device(readback));
         }
         self.queue.write_buffer(&self.buffers.records[self.source], 0, bytemuck::cast_slice(&records));
         self.queue.write_buffer(&self.buffers.surface, 0, bytemuck::cast_slice(&surface));
@@ -53,6 +59,6 @@ impl Solver {
             .collect();
         report.body_max = records.iter().map(|p| p.body).max().unwrap_or(0);
         self.spare = Some(readback.recycle());
-        Held::Found { records, surface }
+        Ok(Held::Found { records, surface })
     }
 }

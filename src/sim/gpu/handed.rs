@@ -1,7 +1,7 @@
 //! What frames have handed out: surface particles and state, on the host or in a mapped buffer, with the grid
 //! and time they belong to.
 
-use super::super::engine::{Deferred, StatePromise};
+use super::super::engine::{Deferred, StateLost, StatePromise};
 use super::super::frame::{SurfaceParticle, SurfaceSource};
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
@@ -46,21 +46,22 @@ impl Held {
 }
 
 impl Ended {
-    pub(super) fn snapshot(&self) -> Snapshot {
+    pub(super) fn snapshot(&self) -> Result<Snapshot, StateLost> {
         let particles = match &self.held {
             Held::Loaded(records) | Held::Found { records, .. } => records.clone(),
-            Held::Device(readback) => readback.records(),
+            Held::Device(readback) => readback.records()?,
         };
-        Snapshot { domain: self.domain, material: self.material, time: self.time, forecasts: Some(self.forecasts), particles }
+        let forecasts = Some(self.forecasts);
+        Ok(Snapshot { domain: self.domain, material: self.material, time: self.time, forecasts, particles })
     }
 
-    fn surface(&self) -> SurfaceSource {
+    fn surface(&self) -> Result<SurfaceSource, StateLost> {
         let particles = match &self.held {
             Held::Loaded(particles) => particles.iter().map(|p| surface_particle(p, self.domain.cell_width)).collect(),
-            Held::Device(readback) => readback.surface(),
+            Held::Device(readback) => readback.surface()?,
             Held::Found { surface, .. } => surface.clone(),
         };
-        SurfaceSource { domain: self.domain, particles: Arc::new(particles) }
+        Ok(SurfaceSource { domain: self.domain, particles: Arc::new(particles) })
     }
 }
 

@@ -9,6 +9,8 @@ use bytemuck::Pod;
 pub const TOOLS_MAX: u32 = 32;
 /// Bent blades that one plan may have: their profiles are uniforms.
 pub const PROFILES_MAX: u32 = 8;
+/// Classes ahead of a blade's edge that are told apart: the table of `ahead.wgsl`, whose hash has five bits.
+pub(super) const AHEAD_PLACES: usize = 32;
 /// Fields of a particle's state, 16 bytes each: the last are its anchors.
 pub(super) const FIELDS: u32 = 10 + ANCHORS_MAX as u32;
 /// Pairs of points of a bent blade's profile.
@@ -121,11 +123,11 @@ twins! {
         /// sides of older cuts given up
         pub displaced: u32 = "atomic<u32>",
         /// classes ahead of its edge in the present substep, key + 1, from where their keys have their place
-        pub ahead: [u32; 32] = "array<atomic<u32>, 32>",
+        pub ahead: [u32; AHEAD_PLACES] = "array<atomic<u32>, AHEAD_PLACES>",
         /// what they have behind its surface, fixed point
-        pub behind: [u32; 32] = "array<atomic<u32>, 32>",
+        pub behind: [u32; AHEAD_PLACES] = "array<atomic<u32>, AHEAD_PLACES>",
         /// and before it
-        pub before: [u32; 32] = "array<atomic<u32>, 32>",
+        pub before: [u32; AHEAD_PLACES] = "array<atomic<u32>, AHEAD_PLACES>",
     }
 }
 

@@ -46,7 +46,7 @@ mod trace;
 mod wgsl;
 
 pub use device::{GpuDevice, GpuError, GpuMode};
-pub(crate) use device::{check, guarded};
+pub(crate) use device::{check, guarded, read_mapped};
 pub use layout::{PROFILES_MAX, TOOLS_MAX};
 
 use super::admit::admit;

@@ -1,10 +1,12 @@
 //! What comes back from the device at a frame's end, in one mapped buffer, without waiting.
 
+use super::super::engine::StateLost;
 use super::super::frame::FrameOutputs;
 use super::buffers::Buffers;
+use super::device::read_mapped;
 use super::layout::{Status, Total};
 use super::stamps::{STAMP_BYTES, Stamps};
-use bytemuck::{Pod, pod_collect_to_vec};
+use bytemuck::Pod;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -136,45 +138,42 @@ impl Readback {
         }
     }
 
-    fn read<T: Pod>(&self, range: &Range<u64>) -> Vec<T> {
-        if range.is_empty() {
-            return vec![];
-        }
-        pod_collect_to_vec(&self.buffer.get_mapped_range(range.clone()))
+    fn read<T: Pod>(&self, range: &Range<u64>) -> Result<Vec<T>, StateLost> {
+        if range.is_empty() { Ok(vec![]) } else { read_mapped(&self.buffer, range.clone()) }
     }
 
     /// The status word and counters.
-    pub(super) fn status(&self) -> Status {
-        self.read(&self.status).first().copied().unwrap_or_default()
+    pub(super) fn status(&self) -> Result<Status, StateLost> {
+        Ok(self.read(&self.status)?.first().copied().unwrap_or_default())
     }
 
-    pub(super) fn totals(&self) -> Vec<Total> {
+    pub(super) fn totals(&self) -> Result<Vec<Total>, StateLost> {
         self.read(&self.totals)
     }
 
     /// Node masses by block, high and low part.
-    pub(super) fn masses(&self) -> Vec<[u32; 2]> {
+    pub(super) fn masses(&self) -> Result<Vec<[u32; 2]>, StateLost> {
         self.read(&self.masses)
     }
 
-    pub(super) fn impulses(&self) -> Vec<[f32; 4]> {
+    pub(super) fn impulses(&self) -> Result<Vec<[f32; 4]>, StateLost> {
         self.read(&self.impulses)
     }
 
     /// Blocks by slot: their coordinates, twice as many words, and what is in them that walls bear.
-    pub(super) fn blocks(&self) -> Vec<u32> {
+    pub(super) fn blocks(&self) -> Result<Vec<u32>, StateLost> {
         self.read(&self.blocks)
     }
 
-    pub(super) fn stamps(&self) -> Vec<u64> {
+    pub(super) fn stamps(&self) -> Result<Vec<u64>, StateLost> {
         self.read(&self.stamps)
     }
 
-    pub(super) fn surface<T: Pod>(&self) -> Vec<T> {
+    pub(super) fn surface<T: Pod>(&self) -> Result<Vec<T>, StateLost> {
         self.read(&self.surface)
     }
 
-    pub(super) fn records<T: Pod>(&self) -> Vec<T> {
+    pub(super) fn records<T: Pod>(&self) -> Result<Vec<T>, StateLost> {
         self.read(&self.records)
     }
 }

@@ -1,6 +1,6 @@
 //! Frames on the device: what waits, what is under way, what came back; and what is done about trouble.
 
-use super::super::engine::{EngineError, StatePromise};
+use super::super::engine::{EngineError, StateLost, StatePromise};
 use super::super::frame::{FramePlan, FrameReport};
 use super::super::health::Health;
 use super::super::limits::REDO_MAX;
@@ -352,11 +352,13 @@ impl Solver {
             Progress::Lost => return Err(lost()),
             Progress::Done => {}
         }
-        let status = readback.status();
+        let gone = |StateLost| lost();
+        let status = readback.status().map_err(gone)?;
         let whole = (self.sums.count, self.sums.volume);
-        let (sums, reach) = sums(&self.domain, self.mass_unit, &readback.totals(), self.frames[0].dt(), whole);
+        let totals = readback.totals().map_err(gone)?;
+        let (sums, reach) = sums(&self.domain, self.mass_unit, &totals, self.frames[0].dt(), whole);
         if status.flags == 0 && sums.is_finite() && reach.is_finite() {
-            return Ok(self.finish(&status, sums, reach));
+            return self.finish(&status, sums, reach).map_err(gone);
         }
         if status.flags == 0 {
             // Where `total` finds such a sum it raises a flag, which keeps the frame's start for another try.
@@ -373,9 +375,9 @@ impl Solver {
     }
 
     /// A frame has ended well.
-    fn finish(&mut self, status: &Status, sums: ParticleSums, reach: f64) -> Option<FrameReport> {
-        let mut frame = self.pop()?;
-        let readback = frame.readback.take()?;
+    fn finish(&mut self, status: &Status, sums: ParticleSums, reach: f64) -> Result<Option<FrameReport>, StateLost> {
+        let Some(mut frame) = self.pop() else { return Ok(None) };
+        let Some(readback) = frame.readback.take() else { return Ok(None) };
         let (dt, steps) = (frame.dt(), frame.steps());
         self.time += dt * f64::from(steps);
         let mut report = FrameReport { redone: frame.redone, dt, steps, time: self.time, ..FrameReport::new(&frame.plan) };
@@ -383,13 +385,13 @@ impl Solver {
         report.momentum_before = self.sums.momentum * frame.plan.inertial_density();
         super::report::add_status(&mut report, &frame.plan, status);
         let tools = self.buffers.size.tools.min(frame.plan.tools.len() as u32) as usize;
-        super::report::add_impulses(&mut report, &frame.plan, &self.domain, self.mass_unit, &readback.impulses(), tools);
-        super::report::add_grid_mass(&mut report, &frame.plan, self.mass_unit, frame.scales.mass, &readback.masses());
-        report.has_loose_clay = super::report::has_loose_clay(&frame.plan, &readback.blocks(), status);
+        super::report::add_impulses(&mut report, &frame.plan, &self.domain, self.mass_unit, &readback.impulses()?, tools);
+        super::report::add_grid_mass(&mut report, &frame.plan, self.mass_unit, frame.scales.mass, &readback.masses()?);
+        report.has_loose_clay = super::report::has_loose_clay(&frame.plan, &readback.blocks()?, status);
         report.health.insert(frame.health);
         judge(&mut report, &self.quarantined);
         if let Some(stamps) = &self.stamps {
-            report.timings = stamps.timings(&readback.stamps(), steps, steps.div_ceil(frame.interval));
+            report.timings = stamps.timings(&readback.stamps()?, steps, steps.div_ceil(frame.interval));
             let t = &report.timings;
             self.substep_seconds = Some((t.rebin + t.grid + t.particles) / f64::from(steps));
         } else {
@@ -412,9 +414,9 @@ impl Solver {
         self.sums = sums;
         self.material = frame.plan.material;
         report.bytes_read_back = readback.bytes();
-        let held = self.find_bodies(readback, &frame.plan, &mut report);
+        let held = self.find_bodies(readback, &frame.plan, &mut report)?;
         self.hand_out(held, frame.plan.outputs, frame.promises);
-        Some(report)
+        Ok(Some(report))
     }
 
     /// The first frame failed, and what was encoded after it did nothing: mends what can be mended and runs

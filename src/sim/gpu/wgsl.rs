@@ -15,7 +15,7 @@ use super::super::tool::{
 };
 use super::super::weld::{MEETING_SHARE, WELD_PARTS};
 use super::layout::{
-    FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
+    AHEAD_PLACES, FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
 };
 use super::params::Params;
 use super::pass::Pass;
@@ -73,6 +73,7 @@ fn constants(classes: u32) -> String {
         ("PROFILE_PAIRS", PROFILE_PAIRS as u32),
         ("SCAN_CHUNK", SCAN_CHUNK),
         ("FIELDS", FIELDS),
+        ("AHEAD_PLACES", AHEAD_PLACES as u32),
         ("ANCHORS_MAX", ANCHORS_MAX as u32),
         ("SPEED", flag::SPEED),
         ("NON_FINITE", flag::NON_FINITE),

@@ -214,7 +214,7 @@ impl Engine for NativeEngine {
         let (state, domain) = (loaded.latest.clone(), loaded.domain);
         Some(Box::new(move || {
             let particles = state.hot.par_iter().zip(&state.cold).map(surface_particle).collect();
-            SurfaceSource { domain, particles: Arc::new(particles) }
+            Ok(SurfaceSource { domain, particles: Arc::new(particles) })
         }))
     }
 
@@ -223,7 +223,7 @@ impl Engine for NativeEngine {
         let (state, domain) = (loaded.latest.clone(), loaded.domain);
         Ok(Box::new(move || {
             let particles = state.hot.iter().zip(&state.cold).map(|(h, c)| state::particle(h, c)).collect();
-            Snapshot { time: state.time, ..Snapshot::new(domain, state.material, particles) }
+            Ok(Snapshot { time: state.time, ..Snapshot::new(domain, state.material, particles) })
         }))
     }
 

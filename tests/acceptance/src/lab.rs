@@ -333,7 +333,7 @@ impl Lab {
 
     /// The clay now, particles by id.
     pub fn particles(&self) -> Vec<Particle> {
-        let mut particles = self.engine.state_deferred().expect("clay is loaded")().particles;
+        let mut particles = self.engine.state_deferred().expect("clay is loaded")().expect("a state").particles;
         particles.sort_by_key(|p| p.id);
         particles
     }

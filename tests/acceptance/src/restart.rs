@@ -109,7 +109,7 @@ fn run_plans(engine: &mut dyn Engine, clay: &Snapshot, plans: &[FramePlan]) -> V
         }
         let report = engine.wait().expect("an engine");
         assert!(!report.health.contains(Health::GIVEN_UP), "{}", report.health);
-        states.push(engine.state_deferred().expect("a state")().to_bytes());
+        states.push(engine.state_deferred().expect("clay is loaded")().expect("a state").to_bytes());
     }
 }
 

@@ -133,7 +133,7 @@ pub(super) fn state(world: &mut World) -> Option<Snapshot> {
             return None;
         }
         world.resource_mut::<Asked>().0 = None;
-        return taken.ok().flatten().map(|make| make());
+        return taken.ok().flatten()?().ok();
     }
     let ticket = world.get::<ClayEngine>(clay).and_then(|engine| engine.request_state().ok());
     world.resource_mut::<Asked>().0 = ticket;

@@ -10,7 +10,7 @@ fn clear(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: v
     if is_halted() { return; }
     if i == 0u { atomicAdd(&status.substep, 1u); }
     if i < params.tool_count {
-        for (var c = 0u; c < 32u; c++) {
+        for (var c = 0u; c < AHEAD_PLACES; c++) {
             atomicStore(&status.tools[i].ahead[c], 0u);
             atomicStore(&status.tools[i].behind[c], 0u);
             atomicStore(&status.tools[i].before[c], 0u);

@@ -108,7 +108,7 @@ pub fn thin_plates() -> Vec<Agreement> {
         let name = format!("plate across {axis}, {contact:?}{}", if is_cut { ", cut" } else { "" });
         if is_cut { agreement_at_cut(name, s, p, 0) } else { agreement(name, s, p) }
     };
-    let cut = Contact::ALL.into_iter().map(|contact| (2, contact, true));
+    let cut = Contact::ALL.into_iter().rev().map(|contact| (2, contact, true));
     [(0, Contact::default(), false), (1, Contact::Stick, false)].into_iter().chain(cut).map(case).collect()
 }
 

@@ -62,7 +62,7 @@ fn fall(inertia: InertiaScaling, duration: f64) -> Fall {
         by_book += speed * FRAME - 0.5 * gravity.y * FRAME * (FRAME + report.dt);
         speed -= gravity.y * FRAME;
         if by_book < 7.0 * DX {
-            let now = height(&engine.state_deferred().expect("clay is loaded")().particles);
+            let now = height(&engine.state_deferred().expect("clay is loaded")().expect("a state").particles);
             found.way = [(start - now) * DX, by_book];
         }
         found.scaled += u32::from(report.density_scale > 1.0);

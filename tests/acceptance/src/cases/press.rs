@@ -216,7 +216,7 @@ fn driven(shape: ToolShape, reach: f64, way: f64, speed: f64) -> (usize, f64, f6
             deepest = inside.iter().fold(deepest, |a, b| a.max(-b));
         }
         if sign < 0.0 {
-            let source = lab.engine.surface_deferred().expect("clay is loaded")();
+            let source = lab.engine.surface().expect("clay is loaded");
             let mesh = extract(&source, &SurfaceSettings::default());
             let distances = mesh
                 .positions

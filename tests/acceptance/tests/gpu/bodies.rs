@@ -35,7 +35,7 @@ pub(crate) fn found_bodies_are_handed_out(engine: &mut GpuEngine) -> Result<(), 
     engine.submit(FramePlan { outputs, ..plan.clone() }).map_err(tell)?;
     engine.submit(FramePlan { outputs, finds_bodies: false, ..plan }).map_err(tell)?;
     let first = engine.wait().map_err(tell)?;
-    let surface = engine.surface_deferred().ok_or("a surface")?();
+    let surface = engine.surface().ok_or("a surface")?;
     let counts = [0, 1].map(|body| surface.particles.iter().filter(|p| p.body == body).count());
     assert!(counts[0] > counts[1] && counts[1] > 1000 && counts[0] + counts[1] == snapshot.particles.len(), "{counts:?}");
     assert!(surface.particles.iter().all(|p| [p.tags, p.tags >> 16].iter().all(|tag| tag & 255 != 7)), "the cut is done");

@@ -22,7 +22,7 @@ fn run(engine: &mut GpuEngine, case: &Case, outputs: FrameOutputs) -> Result<Fra
 }
 
 fn state(engine: &GpuEngine) -> Result<Snapshot, Failed> {
-    Ok(engine.state_deferred().map_err(|e| e.to_string())?())
+    Ok(engine.state_deferred().map_err(|e| e.to_string())?()?)
 }
 
 /// Nothing is copied back that the plan does not ask for, and what was handed out before stays readable.
@@ -70,7 +70,7 @@ pub(crate) fn state_is_there_for_the_asking(engine: &mut GpuEngine) -> Result<()
     let last = engine.save().map_err(|e| e.to_string())?;
     let duration = case.plan.duration();
     for (frame, mut ticket) in asked {
-        let state = ticket.take().map_err(|e| e.to_string())?.ok_or(format!("no state for frame {frame}"))?();
+        let state = ticket.take().map_err(|e| e.to_string())?.ok_or(format!("no state for frame {frame}"))?()?;
         let frames = (state.time / duration).round() as i32;
         // That of the last frame reported, or of one under way.
         assert!((frame / 2 * 2..=frame + 1).contains(&frames), "frame {frame}: state after {frames}");

@@ -1,6 +1,7 @@
 //! Trouble on the device: found, acted on, named; nothing of the clay lost.
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::engine::StateLost;
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::agreement::{self, CELL, Case};
 use clay_acceptance::cases::blade::along_x;
@@ -178,8 +179,38 @@ pub(crate) fn lost_device_is_told() -> Result<(), Failed> {
     handle.destroy();
     let outcome = engine.submit(case.plan.clone()).and_then(|()| engine.wait());
     assert!(matches!(outcome, Err(EngineError::Stopped(_) | EngineError::Device(_))), "{outcome:?}");
-    let after = engine.state_deferred().map_err(|e| e.to_string())?();
+    let after = engine.state_deferred().map_err(|e| e.to_string())?()?;
     assert!(before == after, "the last state is lost");
+    Ok(())
+}
+
+/// So does one that goes with a frame under way: what the frame leads to is freed with the device in the poll
+/// that finds it ended.
+pub(crate) fn device_lost_in_a_frame_is_told() -> Result<(), Failed> {
+    let device = GpuDevice::headless().map_err(|e| e.to_string())?;
+    let handle = device.device.clone();
+    let mut engine = GpuEngine::new(device).map_err(|e| e.to_string())?;
+    let case = block(10);
+    engine.load(&case.snapshot).map_err(|e| e.to_string())?;
+    engine.submit(case.plan.clone()).map_err(|e| e.to_string())?;
+    handle.destroy();
+    let outcome = engine.wait();
+    assert!(matches!(outcome, Err(EngineError::Stopped(_))), "{outcome:?}");
+    Ok(())
+}
+
+/// What is read of a mapped buffer after its device has gone is an error.
+pub(crate) fn state_that_went_with_its_device_is_told() -> Result<(), Failed> {
+    let device = GpuDevice::headless().map_err(|e| e.to_string())?;
+    let handle = device.device.clone();
+    let mut engine = GpuEngine::new(device).map_err(|e| e.to_string())?;
+    let case = block(10);
+    run(&mut engine, &case)?;
+    let (state, surface) = (engine.state_deferred().map_err(|e| e.to_string())?, engine.surface_deferred());
+    handle.destroy();
+    handle.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
+    assert!(matches!(state(), Err(StateLost)), "a state of a device that is gone");
+    assert!(matches!(surface.ok_or("a surface")?(), Err(StateLost)), "a surface of a device that is gone");
     Ok(())
 }
 

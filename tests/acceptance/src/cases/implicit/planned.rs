@@ -34,6 +34,6 @@ impl Planned {
 
     /// The clay now, in the engine's order.
     pub(super) fn particles(&self) -> Vec<Particle> {
-        self.engine.state_deferred().expect("clay is loaded")().particles
+        self.engine.state_deferred().expect("clay is loaded")().expect("a state").particles
     }
 }
