@@ -195,17 +195,17 @@ pub fn assert_sides_end_where_the_plate_does(engine: &mut dyn Engine) {
         ..brief.clone()
     };
     let away = Pose { position: end.position + DVec3::Y * 60.0 * CELL, ..end };
-    let mut beside_after = |after: Option<FramePlan>| {
-        engine.load(&snapshot).expect("load");
-        for plan in [Some(plan.clone()), after].into_iter().flatten() {
-            engine.submit(plan).expect("submit");
-            assert!(engine.wait().expect("report").health.is_ok(), "{name}");
-        }
-        let particles = engine.save().expect("save").particles;
-        particles.iter().filter(|p| p.tags.iter().any(|tag| tag.sheet == plate.sheet && tag.side != 0)).count()
+    let mut after = |clay: &Snapshot, plan: FramePlan| {
+        engine.load(clay).expect("load");
+        engine.submit(plan).expect("submit");
+        assert!(engine.wait().expect("report").health.is_ok(), "{name}");
+        engine.save().expect("save")
     };
-    let (cut, held) = (beside_after(None), beside_after(Some(with(end))));
+    let is_beside = |tag: &Tag| tag.sheet == plate.sheet && tag.side != 0;
+    let beside = |clay: &Snapshot| clay.particles.iter().filter(|p| p.tags.iter().any(is_beside)).count();
+    let pressed = after(&snapshot, plan.clone());
+    let (cut, held) = (beside(&pressed), beside(&after(&pressed, with(end))));
     assert!(cut > 10 && held > 10, "{name}: {cut}, {held}");
-    assert_eq!(beside_after(Some(with(away))), 0, "{name}: away");
-    assert_eq!(beside_after(Some(brief.clone())), 0, "{name}: none");
+    assert_eq!(beside(&after(&pressed, with(away))), 0, "{name}: away");
+    assert_eq!(beside(&after(&pressed, brief.clone())), 0, "{name}: none");
 }

@@ -75,11 +75,12 @@ fn one_across_each_edge(mut cases: Vec<Agreement>) -> Vec<Agreement> {
 }
 
 /// Two runs give the same bits, through re-bins, a wall, a ball and a blade; and through two cuts and a
-/// blade, where up to nine classes of clay enter the same blocks' lists.
+/// blade, where up to nine classes of clay enter the same blocks' lists. A frame each: of three, the last is
+/// run twice where plans are restarted.
 fn runs_are_bit_identical(engine: &mut GpuEngine) -> Result<(), Failed> {
     for case in std::iter::once(agreement::mixed()).chain(agreement::recut().into_iter().map(|a| a.case)) {
-        let one = agreement::run(engine, &case, 2);
-        assert!(one == agreement::run(engine, &case, 2), "two runs");
+        let one = agreement::run(engine, &case, 1);
+        assert!(one == agreement::run(engine, &case, 1), "two runs");
     }
     Ok(())
 }
