@@ -83,12 +83,15 @@ impl Plugin for ClayGizmosPlugin {
     }
 }
 
+/// Goes through the particles; of a state that went with its device nothing comes.
+type Looking = Task<Result<Sketch, StateLost>>;
+
 /// What is known of a clay's blocks and cuts.
 #[derive(Component, Default)]
 struct Sketched {
     /// The revision of the clay, and its lines.
     found: Option<((u64, u64), Sketch)>,
-    under_way: Option<((u64, u64), Task<Result<Sketch, StateLost>>)>,
+    under_way: Option<((u64, u64), Looking)>,
     looked: Option<Instant>,
 }
 
