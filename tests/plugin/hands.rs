@@ -19,11 +19,14 @@ fn cut_of_the_hand_is_told() {
     #[derive(Resource, Default)]
     struct Cuts(Vec<(Entity, Entity)>);
     let at = |y: f64, z: f64| DVec3::new(0.02, y, z);
-    // Down and up beside the middle after a while in the air, then again elsewhere.
-    let way = [(0.0, at(0.06, 0.018)), (1.0, at(0.06, 0.018)), (1.5, at(0.02, 0.018)), (2.0, at(0.06, 0.018))];
-    let again = [(3.0, at(0.06, 0.023)), (3.5, at(0.02, 0.023))];
+    // Down and up beside the middle after a while in the air, then elsewhere, and so on: the hand waits for no
+    // app, and one that is held up misses a stroke.
+    let stroke = |i: u32| {
+        let (begin, z) = (1.0 + 2.0 * f64::from(i), if i.is_multiple_of(2) { 0.018 } else { 0.023 });
+        [(begin, at(0.06, z)), (begin + 0.5, at(0.02, z)), (begin + 1.0, at(0.06, z))]
+    };
     let arm = ArmSettings { operator: Operator::FIRM, ..ArmSettings::default() };
-    let hand = SimulatedHand { arm, path: HandPath::new(way.into_iter().chain(again)) };
+    let hand = SimulatedHand { arm, path: HandPath::new([(0.0, at(0.06, 0.018))].into_iter().chain((0..100).flat_map(stroke))) };
     let (mut app, clay, tool) = sculpt(HapticSettings::simulated(hand));
     app.world_mut().entity_mut(tool).insert(SculptTool::blade(8.0 * DX as f32, 8.0 * DX as f32));
     app.init_resource::<Cuts>().add_observer(|news: On<HapticCut>, mut cuts: ResMut<Cuts>| cuts.0.push((news.entity, news.clay)));
