@@ -19,8 +19,8 @@ fn cut_of_the_hand_is_told() {
     #[derive(Resource, Default)]
     struct Cuts(Vec<(Entity, Entity)>);
     let at = |y: f64, z: f64| DVec3::new(0.02, y, z);
-    // Down and up beside the middle after a while in the air, then elsewhere, and so on: the hand waits for no
-    // app, and one that is held up misses a stroke.
+    // Down and up beside the middle after a while in the air, then elsewhere, and so on: the hand waits for
+    // no app, and one that is held up misses a stroke.
     let stroke = |i: u32| {
         let (begin, z) = (1.0 + 2.0 * f64::from(i), if i.is_multiple_of(2) { 0.018 } else { 0.023 });
         [(begin, at(0.06, z)), (begin + 0.5, at(0.02, z)), (begin + 1.0, at(0.06, z))]
