@@ -95,8 +95,8 @@ impl ClayEngine {
         Some(self.kept.snapshot.domain)
     }
 
-    /// The surface particles at the end of the last reported frame. Converts every particle: see
-    /// [`Self::surface_deferred`].
+    /// The surface particles at the end of the last reported frame; nothing if they went with their device.
+    /// Converts every particle: see [`Self::surface_deferred`].
     pub fn surface(&self) -> Option<SurfaceSource> {
         self.surface_deferred()?().ok()
     }

@@ -82,7 +82,7 @@ pub fn tools_in_a_corner() -> Vec<Agreement> {
 }
 
 /// Plates thinner than two cells, across each of their edges and with each contact, that go on edge into
-/// clay, whole and cut, and push it aside.
+/// clay, whole and cut, and push it aside. The first three are one across each edge.
 pub fn thin_plates() -> Vec<Agreement> {
     let case = |(axis, contact, is_cut): (usize, Contact, bool)| {
         let mut s = block(IVec3::new(10, 8, 10), 0.0, floor_walls(Wall::Stick), soft());
