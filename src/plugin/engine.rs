@@ -156,6 +156,12 @@ impl ClayEngine {
         Arc::ptr_eq(&self.want.source, base) && !self.is_leaving() && self.stopped.is_none()
     }
 
+    /// Whether its clay can be read: where the graphics device stopped the engine there may be none, and each
+    /// try would write wgpu's message to standard error.
+    pub(super) fn is_readable(&self) -> bool {
+        self.stopped.is_none() || self.bridge.is_none()
+    }
+
     /// Whether it runs on the app's graphics device.
     pub(super) fn runs_on_device(&self) -> bool {
         self.want.device.is_some()

@@ -115,13 +115,16 @@ fn look(mut clays: Query<(&ClayEngine, &mut Sketched), With<Clay>>, store: Res<G
             && let Some(sketch) = check_ready(task)
         {
             // What is lost with its device is looked for again.
-            sketched.found = sketch.ok().map(|sketch| (*revision, sketch)).or_else(|| sketched.found.take());
+            if let Ok(sketch) = sketch {
+                sketched.found = Some((*revision, sketch));
+            }
             sketched.under_way = None;
         }
         let revision = engine.revision();
         let is_due = sketched.looked.is_none_or(|at| at.elapsed() >= LOOK_EVERY);
         if is_due
             && sketched.under_way.is_none()
+            && engine.is_readable()
             && sketched.found.as_ref().is_none_or(|(found, _)| *found != revision)
             && let Some(make) = engine.surface_deferred()
         {

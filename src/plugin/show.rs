@@ -289,6 +289,7 @@ pub(super) fn request(
         let state = State { generation, revision, quality: settings.mesh, is_shown: !is_drawn, device };
         if extraction.under_way.is_none()
             && !engine.is_leaving()
+            && engine.is_readable()
             && surface.is_none_or(|s| s.state != state)
             && let Some(make) = engine.surface_deferred()
         {
