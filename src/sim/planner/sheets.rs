@@ -9,20 +9,20 @@ use super::super::cut::{JOINT_SHEET, PLATE_SHEET, SheetSet};
 use super::super::frame::{FramePlan, FrameReport, ToolReport};
 use super::super::health::Health;
 use super::super::snapshot::Snapshot;
-use super::super::tool::ToolPath;
+use super::super::tool::{Pose, ToolPath, ToolShape};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// How far a wire goes without parting anything before it counts as out of the clay \[cells\]. It touches
-/// nothing but what it tags, so where it rests, in the clay or out of it, it tags nothing; on its way through
-/// uncut clay it meets a particle every half cell.
-const WIRE_REACH: f64 = 2.0;
+/// How far a blade goes without touching anything before it counts as out of the clay \[cells\]. One that
+/// rests in a gape of its cut touches nothing either, and cuts on; on its way through uncut clay its edge
+/// meets a particle every half cell. A wire touches nothing but what it tags.
+const REACH: f64 = 2.0;
 
 /// Which sheet each blade cuts, and which are in use. Whoever plans frames passes every plan through
 /// [`Self::deal`] and every report to [`Self::note`]. The plan of frame n depends on the reports up to that
 /// of frame n - 2, however early others come. [`Self::new`] knows the clay's cells; by default they have no
-/// width, and a wire that moves without parting anything is out of the clay.
+/// width, and a blade that moves without touching anything is out of the clay.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sheets {
     /// Cell width \[m\].
@@ -52,14 +52,16 @@ struct BladeSheet {
     plan_id: u64,
     /// Whether the blade has touched clay since it got the sheet.
     is_in_clay: bool,
+    /// Whether it touched some in the last frame known.
+    is_touching: bool,
     /// Whether the visit is over: the sheet is kept until the reports of all its frames are known, the blade
     /// gets another.
     is_over: bool,
-    is_wire: bool,
-    /// The ends of a wire's line when the frames n and n - 1 ended, by the parity of their plans' ids \[m\].
-    lines: [[DVec3; 2]; 2],
-    /// Those of the last frame known in which it touched clay.
-    touched: [DVec3; 2],
+    shape: ToolShape,
+    /// Where it was when the frames n and n - 1 ended, by the parity of their plans' ids.
+    poses: [Pose; 2],
+    /// Where it was in the last frame known in which it touched clay.
+    touched: Pose,
 }
 
 /// What a report says of cuts.
@@ -74,30 +76,33 @@ struct Noted {
 }
 
 impl BladeSheet {
-    /// Takes in whether the blade touched clay in a frame; returns whether its visit is over by it.
+    /// Takes in whether the blade touched clay in a frame; returns whether it has ceased to, so that its cut
+    /// may have gone through.
     fn note(&mut self, plan_id: u64, is_touching: bool, cell_width: f64) -> bool {
-        let line = self.lines[parity(plan_id)];
+        let pose = self.poses[parity(plan_id)];
+        let has_ceased = std::mem::replace(&mut self.is_touching, is_touching) && !is_touching;
         if is_touching {
-            self.is_in_clay = true;
-            self.touched = line;
-        } else if self.is_in_clay {
-            let axis = (self.touched[1] - self.touched[0]).normalize_or_zero();
-            let way = |i: usize| (line[i] - self.touched[i]).reject_from_normalized(axis).length();
-            self.is_over |= !self.is_wire || way(0).max(way(1)) > WIRE_REACH * cell_width;
+            (self.is_in_clay, self.touched) = (true, pose);
         }
-        self.is_over
+        self.is_over |= self.is_in_clay && self.way_to(pose) > REACH * cell_width;
+        has_ceased
+    }
+
+    /// How far it is at `pose` from where it touched clay last \[m\]; a wire may be drawn along itself.
+    fn way_to(&self, pose: Pose) -> f64 {
+        let Some(half_length) = self.shape.wire() else {
+            return self.touched.way(pose, self.shape.bounding_radius());
+        };
+        let ends = |pose: Pose| [-half_length, half_length].map(|x| pose.to_world(DVec3::X * x));
+        let (from, to) = (ends(self.touched), ends(pose));
+        let axis = (from[1] - from[0]).normalize_or_zero();
+        let way = |i: usize| (to[i] - from[i]).reject_from_normalized(axis).length();
+        way(0).max(way(1))
     }
 }
 
 fn parity(plan_id: u64) -> usize {
     usize::from(plan_id % 2 == 1)
-}
-
-/// The ends of a wire's line when the frame ends \[m\]; of other blades nothing.
-fn line(path: &ToolPath, duration: f64) -> Option<[DVec3; 2]> {
-    let half_length = path.tool.shape.wire()?;
-    let pose = path.pose_at(duration);
-    Some([-half_length, half_length].map(|x| pose.to_world(DVec3::X * x)))
 }
 
 impl Sheets {
@@ -119,18 +124,17 @@ impl Sheets {
         // The reports up to a blade's last frame are known when a frame without it has been planned, and its
         // sheet is free or in use.
         let is_kept = |blade: &BladeSheet| plan.id < blade.plan_id + 2;
-        self.is_asked |= self.blades.iter().any(|blade| !is_kept(blade) && blade.is_in_clay && !blade.is_over);
+        self.is_asked |= self.blades.iter().any(|blade| !is_kept(blade) && blade.is_touching && !blade.is_over);
         self.blades.retain(is_kept);
         self.reused.retain(|reused| plan.id < reused + 2);
         self.deal_plates(plan);
         let duration = plan.duration();
         for path in plan.tools.iter_mut().filter(|path| path.tool.shape.is_blade()) {
-            let line = line(path, duration);
             let held = self.blades.iter().position(|blade| blade.id == path.id && !blade.is_over);
             let at = held.unwrap_or_else(|| self.begin_visit(path, plan.id));
             let blade = &mut self.blades[at];
-            (blade.plan_id, blade.is_wire) = (plan.id, line.is_some());
-            blade.lines[parity(plan.id)] = line.unwrap_or_default();
+            (blade.plan_id, blade.shape) = (plan.id, path.tool.shape);
+            blade.poses[parity(plan.id)] = path.pose_at(duration);
             path.sheet = blade.sheet;
         }
         // A plan that was refused is made once more.
@@ -205,16 +209,16 @@ impl Sheets {
         }
         self.dealt.retain(|dealt| *dealt != sheet);
         self.dealt.push(sheet);
-        let lines = [[DVec3::ZERO; 2]; 2];
         let visit = BladeSheet {
             id: path.id,
             sheet,
             plan_id,
             is_in_clay: false,
+            is_touching: false,
             is_over: false,
-            is_wire: false,
-            lines,
-            touched: lines[0],
+            shape: path.tool.shape,
+            poses: [Pose::default(); 2],
+            touched: Pose::default(),
         };
         self.blades.push(visit);
         self.blades.len() - 1
@@ -241,7 +245,7 @@ mod tests {
     use super::super::super::material::ClayMaterial;
     use super::super::super::params::{Domain, Walls};
     use super::super::super::snapshot::{Particle, Tag};
-    use super::super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
+    use super::super::super::tool::{Contact, Tool, ToolPath};
     use super::super::StepLimits;
     use super::*;
 
@@ -264,9 +268,9 @@ mod tests {
         plan
     }
 
-    /// The sheets that the blades `ids` get in frame `id`.
+    /// The sheets that the blades `ids`, which move, get in frame `id`.
     fn dealt_to(sheets: &mut Sheets, id: u64, ids: &[u32]) -> Vec<u8> {
-        let tools: Vec<_> = ids.iter().map(|id| (*id, DVec3::ZERO)).collect();
+        let tools: Vec<_> = ids.iter().map(|blade| (*blade, DVec3::Y * id as f64)).collect();
         planned(sheets, id, BLADE, &tools).tools.iter().map(|path| path.sheet).collect()
     }
 
@@ -458,13 +462,13 @@ mod tests {
         assert!(sheets.blades.len() < 8);
     }
 
-    /// The sheet of a wire in each frame, which it ends at one of `rests`; it tags clay in the first frame
+    /// The sheet of a blade in each frame, which it ends at one of `rests`; it tags clay in the first frame
     /// alone.
-    fn wire_sheets(rests: &[DVec3]) -> Vec<u8> {
+    fn sheets_of(shape: ToolShape, rests: &[DVec3]) -> Vec<u8> {
         let mut sheets = Sheets { cell_width: 0.01, ..Sheets::default() };
         let mut dealt = vec![];
         for (frame, at) in (0..).zip(rests) {
-            dealt.push(planned(&mut sheets, frame, WIRE, &[(1, *at)]).tools[0].sheet);
+            dealt.push(planned(&mut sheets, frame, shape, &[(1, *at)]).tools[0].sheet);
             let tagged = u64::from(frame == 0) * 40;
             let tools = vec![ToolReport { id: 1, tagged, ..ToolReport::default() }];
             let sheets_used = [1].into_iter().collect();
@@ -473,17 +477,20 @@ mod tests {
         dealt
     }
 
-    /// A wire that rests in its cut, creeps, trembles or is drawn along itself goes on with the cut; one that
-    /// is drawn out of the clay begins another.
+    /// A blade that rests in its cut, creeps or trembles goes on with the cut, and a wire that is drawn along
+    /// itself too; one that is drawn out of the clay begins another.
     #[test]
-    fn wire_keeps_its_sheet_where_it_rests() {
-        let way = |at: &dyn Fn(f64) -> DVec3| wire_sheets(&(0..20).map(|i| at(f64::from(i))).collect::<Vec<_>>());
-        let kept = [1; 20];
-        assert_eq!(way(&|_| DVec3::ZERO), kept, "rests");
-        assert_eq!(way(&|i| DVec3::Y * 9e-4 * i), kept, "creeps by less than two cells");
-        assert_eq!(way(&|i| DVec3::Z * 0.008 * (i % 2.0)), kept, "trembles");
-        assert_eq!(way(&|i| DVec3::X * 0.02 * i), kept, "is drawn along itself");
-        let out = way(&|i| DVec3::Y * 0.007 * i);
-        assert_eq!((out[4], out[5], out[19]), (1, 2, 2), "the report of frame 3 says that it is 2.1 cells away: {out:?}");
+    fn blades_keep_their_sheets_where_they_rest() {
+        const KEPT: [u8; 20] = [1; 20];
+        for shape in [BLADE, WIRE] {
+            let way = |at: &dyn Fn(f64) -> DVec3| sheets_of(shape, &(0..20).map(|i| at(f64::from(i))).collect::<Vec<_>>());
+            assert_eq!(way(&|_| DVec3::ZERO), KEPT, "rests");
+            assert_eq!(way(&|i| DVec3::Y * 9e-4 * i), KEPT, "creeps by less than two cells");
+            assert_eq!(way(&|i| DVec3::Z * 0.008 * (i % 2.0)), KEPT, "trembles");
+            let along = way(&|i| DVec3::X * 0.02 * i);
+            assert_eq!(along == KEPT, shape == WIRE, "is drawn along itself: {along:?}");
+            let out = way(&|i| DVec3::Y * 0.007 * i);
+            assert_eq!((out[4], out[5], out[19]), (1, 2, 2), "the report of frame 3 says that it is 2.1 cells away: {out:?}");
+        }
     }
 }
