@@ -25,15 +25,14 @@ seen() {
     await "mark $marks\$" >/dev/null
 }
 move() { xdotool mousemove "$1" "$2" && seen; }
-# drag X1 Y1 X2 Y2 [SECONDS [PAUSE]]: with the left button, in steps with a pause after each, as a hand does, and held so long at the end.
+# drag X1 Y1 X2 Y2 [SECONDS]: with the left button, in steps as a hand makes them, and held so long at the end.
 drag() {
     move "$1" "$2"
     xdotool mousedown 1
     local i
     for i in $(seq 1 24); do
         move $(($1 + ($3 - $1) * i / 24)) $(($2 + ($4 - $2) * i / 24))
-        # No faster than a hand: a knife that is torn through throws the clay apart.
-        sleep "${6:-0.12}"
+        sleep 0.12
     done
     sleep "${5:-0.5}"
     xdotool mouseup 1
@@ -91,8 +90,8 @@ grep -q "1 bodies before, 1 bodies now" <<<"$stroke" || fail "the drag tore the 
 
 xdotool key 5
 seen
-# Slowly: a machine that is behind would let the knife jump through the clay.
-drag 690 130 560 690 0.5 0.4
+# The knife goes along the line that was drawn, as fast as the clay can follow.
+drag 690 130 560 690
 stroke=$(await "stroke 4 knife")
 echo "$stroke"
 move 640 720

@@ -3,7 +3,9 @@
 //! An implicit step covers a way of the tool, whatever time that takes: the clay keeps the app's time as
 //! long as its tool goes no farther than there are steps for. So the clock goes at full speed, and the tool
 //! is held to what the clay can follow: where the machine is too slow for the hand, the tool is behind the
-//! pointer, and never the clay behind the tool.
+//! pointer, and never the clay behind the tool. Where a step takes longer than the longest one lasts, as
+//! under a knife on a slow machine, the clock is slowed to that: at full speed the slow tool would have the
+//! clay take many steps for time, in each of which it goes a fraction of what a step can cover.
 //!
 //! In explicit steps a second of clay takes many seconds of a slow machine, whatever its tools do. Its clock
 //! is slowed, so that each frame of the window has a short frame of clay to itself, and stands at rest. The
@@ -15,12 +17,13 @@ use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_clay::prelude::*;
 use bevy_clay::sim::frame::FrameReport;
 use bevy_clay::sim::limits::PENDING_MAX;
+use bevy_clay::sim::planner::FRAME_MAX;
 use std::time::Duration;
 
 /// Part of the time that the engine may take.
 const SHARE: f64 = 0.6;
 /// Most time that a frame of explicit steps may take \[s\], however long the window's frames are.
-const FRAME_MAX: f64 = 0.025;
+const EXPLICIT_FRAME_MAX: f64 = 0.025;
 /// Slowest clock.
 const SPEED_MIN: f64 = 1e-4;
 /// Clay slower than this is at rest [m/s], in explicit steps.
@@ -90,10 +93,11 @@ impl Steps {
 impl Pace {
     /// How fast the clay's clock may go.
     fn clock_speed(&self) -> f64 {
-        let share = SHARE.min(FRAME_MAX / self.frame.max(1e-3));
+        let share = SHARE.min(EXPLICIT_FRAME_MAX / self.frame.max(1e-3));
         match self.steps {
             Steps::Explicit(cost) => (share / cost * (-self.brake).exp2()).clamp(SPEED_MIN, 1.0),
-            Steps::Unknown | Steps::Implicit(_) => 1.0,
+            Steps::Implicit(cost) => (FRAME_MAX / cost).clamp(SPEED_MIN, 1.0),
+            Steps::Unknown => 1.0,
         }
     }
 
@@ -159,5 +163,25 @@ fn draw(pace: Res<Pace>, mut winit: ResMut<WinitSettings>) {
     let mode = if pace.is_at_rest { UpdateMode::reactive(RESTING) } else { UpdateMode::Continuous };
     if winit.focused_mode != mode {
         *winit = WinitSettings { focused_mode: mode, unfocused_mode: mode };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However long a step takes, the tool goes in it most of what a step may cover, and not more.
+    #[test]
+    fn steps_are_taken_for_the_tool() {
+        const TRAVEL: f64 = 1e-3;
+        for cost in [0.01, 0.03, 0.1, 0.3, 1.0] {
+            let pace = Pace { steps: Steps::Implicit(cost), ..Pace::default() };
+            let clock = pace.clock_speed();
+            let tool = pace.tool_speed(TRAVEL, clock, 0.0) / clock;
+            let step = FRAME_MAX.min(TRAVEL / tool);
+            let way = tool * step;
+            assert!(way > 0.5 * TRAVEL && way < 1.001 * TRAVEL, "a step that takes {cost} s covers {way} m");
+            assert!(step / clock > 0.99 * cost, "{} s of clay in {cost} s at {clock}", step);
+        }
     }
 }

@@ -72,7 +72,7 @@ pub(crate) fn hover(
 /// Moves the tool through the clay, until it is let go of.
 pub(crate) fn work(
     (pointer, hand, pace): (Res<Pointer>, Res<Hand>, Res<Pace>),
-    real: Res<Time<Real>>,
+    time: Res<Time>,
     tool: Single<Held, With<InHand>>,
     mut stroke: ResMut<Stroke>,
     mut commands: Commands,
@@ -85,7 +85,7 @@ pub(crate) fn work(
         commands.remove_resource::<Stroke>();
         return;
     }
-    let delta = real.delta_secs().min(0.1);
+    let delta = time.delta_secs();
     if let Some(aim) = pointer.aim.filter(|_| !stroke.is_let_go) {
         stroke.follow(aim, delta, &hand);
         if hand.kind == ToolKind::Knife
