@@ -91,13 +91,14 @@ impl Steps {
 }
 
 impl Pace {
-    /// How fast the clay's clock may go.
-    fn clock_speed(&self) -> f64 {
+    /// How fast the clay's clock may go. In implicit steps it waits for a tool that is held to its pace alone:
+    /// one in a headset's hand goes as it likes, and would be thrown through slow clay.
+    fn clock_speed(&self, is_paced: bool) -> f64 {
         let share = SHARE.min(EXPLICIT_FRAME_MAX / self.frame.max(1e-3));
         match self.steps {
             Steps::Explicit(cost) => (share / cost * (-self.brake).exp2()).clamp(SPEED_MIN, 1.0),
-            Steps::Implicit(cost) => (FRAME_MAX / cost).clamp(SPEED_MIN, 1.0),
-            Steps::Unknown => 1.0,
+            Steps::Implicit(cost) if is_paced => (FRAME_MAX / cost).clamp(SPEED_MIN, 1.0),
+            Steps::Unknown | Steps::Implicit(_) => 1.0,
         }
     }
 
@@ -147,7 +148,7 @@ fn keep(
     } else if stands {
         0.0
     } else {
-        pace.clock_speed()
+        pace.clock_speed(stroke.is_some())
     };
     pace.tool_speed = pace.tool_speed(settings.accuracy.travel() * status.cell_width, wanted, metrics.lag);
     pace.is_at_rest = !is_held && (stands || metrics.is_resting && stroke.is_none());
@@ -176,12 +177,13 @@ mod tests {
         const TRAVEL: f64 = 1e-3;
         for cost in [0.01, 0.03, 0.1, 0.3, 1.0] {
             let pace = Pace { steps: Steps::Implicit(cost), ..Pace::default() };
-            let clock = pace.clock_speed();
+            let clock = pace.clock_speed(true);
             let tool = pace.tool_speed(TRAVEL, clock, 0.0) / clock;
             let step = FRAME_MAX.min(TRAVEL / tool);
             let way = tool * step;
             assert!(way > 0.5 * TRAVEL && way < 1.001 * TRAVEL, "a step that takes {cost} s covers {way} m");
-            assert!(step / clock > 0.99 * cost, "{} s of clay in {cost} s at {clock}", step);
+            assert!(step / clock > 0.99 * cost, "{step} s of clay in {cost} s at {clock}");
+            assert_eq!(pace.clock_speed(false), 1.0, "for a hand that goes as it likes");
         }
     }
 }
