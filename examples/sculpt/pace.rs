@@ -91,7 +91,7 @@ impl Steps {
 }
 
 impl Pace {
-    /// How fast the clay's clock may go. In implicit steps it waits for a tool that is held to its pace alone:
+    /// How fast the clay's clock may go. In implicit steps it waits only for a tool that is held to its pace:
     /// one in a headset's hand goes as it likes, and would be thrown through slow clay.
     fn clock_speed(&self, is_paced: bool) -> f64 {
         let share = SHARE.min(EXPLICIT_FRAME_MAX / self.frame.max(1e-3));
