@@ -15,12 +15,14 @@
 //!    body; every other of `PART_MIN` particles or more gets the lowest that is free, in the order of
 //!    their lowest ids, up to [`BODY_MAX`]. Smaller ones stay with the body.
 //! 3. **Finished cuts.** Of a cut both sides of which are no longer in one body, the tags are taken away,
-//!    unless a blade of the plan cuts it.
+//!    unless a blade of the plan cuts it. What it left pressed stays marked as pressed, by the tag of
+//!    [`JOINT_SHEET`] that counts how the bodies grow together.
 
 use super::carry;
 use super::cut::{self, ClassKey, JOINT_SHEET, SheetSet};
 use super::disjoint::DisjointSets;
 use super::snapshot::{Snapshot, Tag};
+use super::weld::{self, LEFT_PRESSED};
 use glam::{DVec3, IVec3};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -260,9 +262,19 @@ fn finish_cuts(members: &mut [Member], spared: SheetSet) {
         for sheet in tags.map(|tag| if is_side(&tag) { tag.sheet } else { 0 }).into_iter().filter(|sheet| *sheet != 0) {
             let [front, back] = counts[&(*body, sheet)];
             if front.min(back) < PART_MIN {
-                cut::drop(tags, sheet);
+                finish(tags, sheet);
             }
         }
+    }
+}
+
+/// Takes the side of a finished cut from the tags; pressed since the blade left, they say so on.
+fn finish(tags: &mut [Tag; 2], sheet: u8) {
+    let is_left = tags.iter().any(|tag| tag.sheet == sheet && weld::is_left_pressed(*tag));
+    cut::drop(tags, sheet);
+    let is_grown = tags.contains(&Tag { sheet: JOINT_SHEET, side: 0 });
+    if is_left && !is_grown {
+        cut::take(tags, JOINT_SHEET, LEFT_PRESSED.cast_signed());
     }
 }
 
@@ -342,6 +354,27 @@ mod tests {
         slice(&mut partial[..400], 3, middle, DVec3::X);
         let before = partial.clone();
         assert_eq!((found(&mut partial).len(), partial), (1, before));
+    }
+
+    /// Where a finished cut was left pressed its bodies do not count how they grow together; but where they
+    /// have, they have.
+    #[test]
+    fn finished_cut_was_left_pressed() {
+        let mut clay = block(DVec3::splat(8.0), IVec3::splat(9), 0);
+        slice(&mut clay, 3, DVec3::new(10.1, 10.0, 10.0), DVec3::X);
+        let left = tag(JOINT_SHEET, 127);
+        let is_low = |m: &Member| m.at.y < 9.0;
+        let sides = clay.iter_mut().filter(|m| m.tags[0].side != 0);
+        for (i, m) in sides.filter(|m| is_low(m)).enumerate() {
+            m.tags[0].side *= 127;
+            m.tags[1] = [Tag::default(), tag(JOINT_SHEET, 4)][i % 2];
+        }
+        assert_eq!(found(&mut clay).len(), 2);
+        for m in &clay {
+            let is_side = (m.at.x - 10.1).abs() < 1.5;
+            assert_eq!(m.tags.contains(&left), is_side && is_low(m), "{m:?}");
+            assert_eq!(m.tags.iter().filter(|tag| tag.side != 0).count(), usize::from(is_side && is_low(m)), "{m:?}");
+        }
     }
 
     /// Three planes through one point leave eight bodies, cut one after the other.

@@ -57,7 +57,8 @@ pub struct ClayMaterial {
 /// How the two sides of a kept cut, pressed on each other, grow together to whole clay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Weld {
-    /// Pressed firmly for a while: at more than 0.5 k across the cut, k the shear strength, for 0.3 s.
+    /// Pressed firmly for a while: at more than 0.5 k across the cut, k the shear strength, for 0.3 s. What
+    /// cutting left pressed counts once it was released.
     #[default]
     Pressed,
     /// Almost at a touch, as wet clay does: at more than 0.05 k for 0.05 s.

@@ -7,6 +7,10 @@ use super::snapshot::Tag;
 /// Parts of the time that growing together takes: what a tag counts.
 pub(crate) const WELD_PARTS: f64 = 100.0;
 
+/// What a tag counts whose sides were pressed when their blade left: cutting leaves clay under pressure, and
+/// nobody presses. It counts from 1 once it was released.
+pub(crate) const LEFT_PRESSED: u8 = i8::MAX.unsigned_abs();
+
 /// When the two sides of a cut grow together in a frame: [`Weld`](super::material::Weld) in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WeldRule {
@@ -29,7 +33,7 @@ impl WeldRule {
         stress.is_finite().then_some(Self { stress, step })
     }
 
-    /// Whether the rule leaves a sheet alone: its blade is there.
+    /// Whether nothing grows together at a sheet: its blade is there.
     pub(crate) fn spares(plan: &FramePlan, sheet: u8) -> bool {
         plan.tools.iter().any(|path| path.divides() && path.sheet_id() == sheet)
     }
@@ -37,6 +41,9 @@ impl WeldRule {
     /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns
     /// whether they have grown together: then the side is gone, and the sheet says where.
     pub(crate) fn count(self, tag: &mut Tag, is_pressed: bool) -> bool {
+        if is_pressed && is_left_pressed(*tag) {
+            return false;
+        }
         let count = tag.side.unsigned_abs().saturating_add(self.step);
         let is_welded = is_pressed && f64::from(count) > WELD_PARTS;
         *tag = match is_pressed {
@@ -47,9 +54,22 @@ impl WeldRule {
         is_welded
     }
 
-    /// The same for a particle that meets another body, or none: pressed, it gets a tag that counts, if it
-    /// has room for one, and loses it where nothing presses any more.
-    pub(crate) fn count_joint(self, tags: &mut [Tag; 2], is_pressed: bool) -> bool {
+    /// Marks a tag whose blade is there by whether the sides are pressed on each other.
+    pub(crate) fn mark(tag: &mut Tag, is_pressed: bool) {
+        tag.side = tag.sign() * if is_pressed { LEFT_PRESSED.cast_signed() } else { 1 };
+    }
+
+    /// Counts a particle that meets another body, or none: pressed, it gets a tag that counts, if it has room
+    /// for one, and loses it where nothing presses any more. Beside a blade, whose sheet the rule `spares`,
+    /// what presses is marked at its cut.
+    pub(crate) fn count_joint(self, tags: &mut [Tag; 2], is_pressed: bool, spares: impl Fn(u8) -> bool) -> bool {
+        if let Some(at) = tags.iter().position(|tag| tag.side != 0 && tag.sheet < JOINT_SHEET && spares(tag.sheet)) {
+            if is_pressed {
+                Self::mark(&mut tags[at], true);
+            }
+            cut::drop(tags, JOINT_SHEET);
+            return false;
+        }
         let at = tags.iter().position(|tag| tag.sheet == JOINT_SHEET);
         let is_welded = at.is_some_and(|at| tags[at].side == 0);
         match at {
@@ -67,6 +87,11 @@ impl WeldRule {
             }
         }
     }
+}
+
+/// Whether the sides were pressed when the tag's blade left, and have been since.
+pub(crate) fn is_left_pressed(tag: Tag) -> bool {
+    tag.side.unsigned_abs() == LEFT_PRESSED
 }
 
 /// Least share [-] of the clay on one side of a cut in the tagged clay about a particle for which the two
@@ -104,15 +129,43 @@ mod tests {
         let rule = WeldRule { stress: 1.0, step: 60 };
         let (none, cut) = (Tag::default(), tag(5, -1));
         let mut tags = [cut, none];
-        assert!(!rule.count_joint(&mut tags, false) && tags == [cut, none]);
-        assert!(!rule.count_joint(&mut tags, true) && tags == [cut, tag(JOINT_SHEET, 61)]);
-        assert!(!rule.count_joint(&mut tags, false) && tags == [cut, none]);
-        rule.count_joint(&mut tags, true);
-        assert!(rule.count_joint(&mut tags, true) && tags == [cut, tag(JOINT_SHEET, 0)]);
-        assert!(!rule.count_joint(&mut tags, true) && !rule.count_joint(&mut tags, false));
+        assert!(!rule.count_joint(&mut tags, false, |_| false) && tags == [cut, none]);
+        assert!(!rule.count_joint(&mut tags, true, |_| false) && tags == [cut, tag(JOINT_SHEET, 61)]);
+        assert!(!rule.count_joint(&mut tags, false, |_| false) && tags == [cut, none]);
+        rule.count_joint(&mut tags, true, |_| false);
+        assert!(rule.count_joint(&mut tags, true, |_| false) && tags == [cut, tag(JOINT_SHEET, 0)]);
+        assert!(!rule.count_joint(&mut tags, true, |_| false) && !rule.count_joint(&mut tags, false, |_| false));
         assert_eq!(tags, [cut, tag(JOINT_SHEET, 0)]);
         let mut full = [cut, tag(6, 1)];
-        assert!(!rule.count_joint(&mut full, true) && full == [cut, tag(6, 1)]);
+        assert!(!rule.count_joint(&mut full, true, |_| false) && full == [cut, tag(6, 1)]);
+    }
+
+    /// What presses where a blade leaves is of its cutting: it counts once it was released, and no sooner.
+    #[test]
+    fn what_cutting_leaves_is_no_press() {
+        let rule = WeldRule { stress: 1.0, step: 100 };
+        let mut left = tag(5, -1);
+        WeldRule::mark(&mut left, true);
+        assert!((0..9).all(|_| !rule.count(&mut left, true)), "as it was left");
+        assert!(!rule.count(&mut left, false) && left == tag(5, -1), "released");
+        assert!(rule.count(&mut left, true), "pressed");
+        let mut parted = tag(5, 60);
+        WeldRule::mark(&mut parted, false);
+        assert_eq!(parted, tag(5, 1), "cut anew");
+    }
+
+    /// So it is between bodies that a blade has made while it is still there: what presses is marked at the
+    /// cut, and nothing is counted.
+    #[test]
+    fn bodies_count_nothing_beside_a_blade() {
+        let rule = WeldRule { stress: 1.0, step: 60 };
+        let spares = |sheet| sheet == 5;
+        for joint in [Tag::default(), tag(JOINT_SHEET, 61)] {
+            let mut tags = [tag(5, -1), joint];
+            assert!(!rule.count_joint(&mut tags, false, spares) && tags == [tag(5, -1), Tag::default()]);
+            tags[1] = joint;
+            assert!(!rule.count_joint(&mut tags, true, spares) && tags == [tag(5, -127), Tag::default()]);
+        }
     }
 
     /// Growing together takes as long in short frames as in long ones, to a part of that time, whenever it

@@ -13,7 +13,7 @@ use super::super::snapshot::ANCHORS_MAX;
 use super::super::tool::{
     BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, EDGE_RAMP, EDGE_REACH, SET_BACK, TRACTION_REACH_MIN, ToolShape,
 };
-use super::super::weld::{MEETING_SHARE, WELD_PARTS};
+use super::super::weld::{LEFT_PRESSED, MEETING_SHARE, WELD_PARTS};
 use super::layout::{
     AHEAD_PLACES, FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
 };
@@ -84,6 +84,7 @@ fn constants(classes: u32) -> String {
         ("PLATE_SHEET", PLATE_SHEET.into()),
         ("JOINT_SHEET", JOINT_SHEET.into()),
         ("WELD_PARTS", WELD_PARTS as u32),
+        ("LEFT_PRESSED", LEFT_PRESSED.into()),
         ("DIVISIONS_MAX", DIVISIONS_MAX),
         ("FLOW_STEPS", FLOW_STEPS),
     ];

@@ -20,11 +20,11 @@ pub(super) fn grow_together(state: &mut State, grid: &Grid, step: &Step, plan: &
         return [0; 2];
     }
     let table = state.table.clone();
-    let pressing = Pressing { grid, table: &table, step, rule };
+    let pressing = Pressing { grid, table: &table, step, plan, rule };
     let mut tasks = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs);
     let counts = |cold: &Cold| cold.tags.iter().any(|tag| tag.sheet == JOINT_SHEET);
     tasks.retain(|w| grid.cut_at(&table, w.block).is_some() || w.cold.iter().any(counts));
-    let welded = tasks.into_par_iter().map(|w| pressing.in_block(w, plan));
+    let welded = tasks.into_par_iter().map(|w| pressing.in_block(w));
     welded.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
@@ -33,18 +33,19 @@ struct Pressing<'a> {
     grid: &'a Grid,
     table: &'a Table,
     step: &'a Step,
+    plan: &'a FramePlan,
     rule: WeldRule,
 }
 
 impl Pressing<'_> {
-    fn in_block(&self, w: Work<'_>, plan: &FramePlan) -> [u64; 2] {
+    fn in_block(&self, w: Work<'_>) -> [u64; 2] {
         let (hot, cold) = (w.hot, w.cold);
         let (mut welded, mut joined) = (0, 0);
         let classes = classes_about(self.grid, self.table, w.block);
         let masses_of = |is_front: &dyn Fn(ClassKey) -> Option<bool>| MassesAbout::new(self.grid, self.table, w.block, is_front);
         for body in bodies(&classes) {
             let own = |cold: &Cold| cold.body == u32::from(body);
-            for sheet in sheets(&classes, body).into_iter().filter(|sheet| !WeldRule::spares(plan, *sheet)) {
+            for sheet in sheets(&classes, body) {
                 let Some(masses) = masses_of(&|key| key.is_front(body, sheet)) else { continue };
                 let its = hot.iter().zip(&mut *cold).filter(|(_, cold)| own(cold));
                 welded += its.map(|(hot, cold)| self.count(&masses, sheet, hot, cold)).sum::<u64>();
@@ -56,12 +57,19 @@ impl Pressing<'_> {
         [welded, joined]
     }
 
-    /// Counts the tags of a sheet.
+    /// Counts the tags of a sheet, or marks them where its blade is there.
     fn count(&self, masses: &MassesAbout, sheet: u8, hot: &Hot, cold: &mut Cold) -> u64 {
-        let its = cold.tags.iter_mut().filter(|tag| tag.side != 0 && tag.sheet == sheet);
-        let counted =
-            its.map(|tag| masses.about(hot).normal().is_some_and(|normal| self.rule.count(tag, self.is_pressed(hot, normal))));
-        counted.map(u64::from).sum()
+        let mut welded = 0;
+        for tag in cold.tags.iter_mut().filter(|tag| tag.side != 0 && tag.sheet == sheet) {
+            let Some(normal) = masses.about(hot).normal() else { continue };
+            let is_pressed = self.is_pressed(hot, normal);
+            if WeldRule::spares(self.plan, sheet) {
+                WeldRule::mark(tag, is_pressed);
+            } else {
+                welded += u64::from(self.rule.count(tag, is_pressed));
+            }
+        }
+        welded
     }
 
     /// Counts a particle that meets another body.
@@ -72,7 +80,7 @@ impl Pressing<'_> {
             return 0;
         }
         let is_pressed = normal.is_some_and(|normal| self.is_pressed(hot, normal));
-        u64::from(self.rule.count_joint(&mut cold.tags, is_pressed))
+        u64::from(self.rule.count_joint(&mut cold.tags, is_pressed, |sheet| WeldRule::spares(self.plan, sheet)))
     }
 
     fn is_pressed(&self, hot: &Hot, normal: DVec3) -> bool {

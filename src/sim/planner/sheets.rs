@@ -77,7 +77,7 @@ struct Noted {
 
 impl BladeSheet {
     /// Takes in whether the blade touched clay in a frame; returns whether it has ceased to, so that its cut
-    /// may have gone through.
+    /// may have gone through, or its visit is over, so that a cut that has is finished.
     fn note(&mut self, plan_id: u64, is_touching: bool, cell_width: f64) -> bool {
         let pose = self.poses[parity(plan_id)];
         let has_ceased = std::mem::replace(&mut self.is_touching, is_touching) && !is_touching;
@@ -85,7 +85,7 @@ impl BladeSheet {
             (self.is_in_clay, self.touched) = (true, pose);
         }
         self.is_over |= self.is_in_clay && self.way_to(pose) > REACH * cell_width;
-        has_ceased
+        has_ceased || self.is_over
     }
 
     /// How far it is at `pose` from where it touched clay last \[m\]; a wire may be drawn along itself.

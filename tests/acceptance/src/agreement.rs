@@ -5,6 +5,7 @@ mod bodies;
 mod flank;
 mod implicit;
 mod press;
+mod weld;
 
 pub use bodies::{bodies, found_bodies};
 pub use flank::{worked_flanks, worked_flanks_in_implicit_steps};
@@ -13,6 +14,7 @@ pub use press::{
     assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
     tools_in_a_corner, walls_in_a_corner,
 };
+pub use weld::{left_pressed, welding};
 
 use bevy_clay::prelude::*;
 use bevy_clay::sim::oracle::Oracle;
@@ -415,28 +417,6 @@ pub fn crossed_cuts() -> Vec<Agreement> {
         cases.push(agreement_at_cut(name, s, p, 0));
     }
     cases
-}
-
-/// A block in two halves, pressed along x so far that it flows, or so little that nothing grows together.
-pub fn welding() -> Vec<Agreement> {
-    let case = |name: &str, strain: f64, sheets: &[u8]| {
-        let mut s = block(IVec3::new(10, 8, 10), 2.0, Walls::default(), ClayMaterial { weld: Weld::Sticky, ..soft() });
-        let mut p = plan(&s, 0.25, 20, vec![]);
-        // A frame of 20 substeps is a tenth of the time that growing together takes: one frame more makes it
-        // whole.
-        let part = (p.duration() / 0.05 * 100.0).floor() as i8;
-        let middle = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(11.03, 6.0, 11.0);
-        for q in &mut s.particles {
-            let side = [q.grid().x - middle.x, q.grid().y + 0.3 * q.grid().z - middle.y - 3.3];
-            for (tag, (sheet, side)) in q.tags.iter_mut().zip(sheets.iter().zip(side)).filter(|(_, (_, side))| side.abs() < 2.0) {
-                *tag = Tag { sheet: *sheet, side: (101 - part) * if side < 0.0 { -1 } else { 1 } };
-            }
-            q.elastic_strain = [-2.0 * strain, 0.0, 0.0, 0.0, 0.0, 0.0].map(|e| e as f32);
-        }
-        p.gravity = DVec3::ZERO;
-        agreement_at_cut(format!("welding, {name}"), s, p, 0)
-    };
-    vec![case("pressed", 0.01, &[7]), case("hardly pressed", 1e-4, &[7]), case("one of two cuts", 0.01, &[7, 3])]
 }
 
 /// Two cuts that cross, tagged for less than splines reach: their sides are carried on, past what is in the

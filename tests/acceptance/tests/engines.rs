@@ -125,6 +125,25 @@ fn welding_agrees() {
     assert_all(agreement::welding());
 }
 
+/// What is pressed when its blade leaves stays marked until it is released, and is marked while the blade is
+/// there, at its cut where that parts bodies: nothing of it grows together.
+#[test]
+fn left_pressed_agrees() {
+    let cases = agreement::left_pressed();
+    let counts = |a: &Agreement| {
+        let mut oracle = Oracle::new(&a.case.snapshot);
+        assert_eq!(oracle.run(&a.case.plan).welded, 0, "{}", a.name);
+        let tags: Vec<Tag> = oracle.particles.iter().flat_map(|p| p.tags).filter(|tag| tag.side != 0).collect();
+        assert!(tags.len() > 1000 && tags.iter().all(|tag| tag.sheet == 7), "{}", a.name);
+        let of = |count| tags.iter().filter(|tag| tag.side.unsigned_abs() == count).count();
+        [of(127), of(1)]
+    };
+    let [on, released, beside, between] = [0, 1, 2, 3].map(|i| counts(&cases[i]));
+    assert!(on[0] > 2000 && released[0] == 0 && released[1] > 2000, "{on:?} {released:?}");
+    assert!(beside[0] > 1000 && between[0] > 1000, "{beside:?} {between:?}");
+    assert_all(cases);
+}
+
 #[test]
 fn carried_sides_agree() {
     let runs = agreement::carrying().into_iter().map(|a| Oracle::new(&a.case.snapshot).run(&a.case.plan).carried);

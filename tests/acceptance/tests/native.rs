@@ -1,6 +1,8 @@
 //! The native engine against closed forms: the acceptance cases of `validate` that take seconds, small, and
 //! what its calls refuse. (The others run as `validate --quick`.)
 
+use bevy_clay::prelude::*;
+use bevy_clay::scene::prelude::*;
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::implicit::{Pace, SAMPLE, Shape, Stroke, Way};
 use clay_acceptance::cases::{
@@ -10,6 +12,8 @@ use clay_acceptance::lab::{Lab, Mover, Size, block, room, snapshot, stable_step}
 use clay_acceptance::report::Row;
 use clay_acceptance::{agreement, restart};
 use glam::{DQuat, DVec3, IVec3};
+use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Fails with every row that is beyond its limit.
 #[track_caller]
@@ -51,6 +55,53 @@ fn energy_does_not_grow_at_the_default_step() {
 #[test]
 fn stress_is_quiet_across_cells() {
     assert_within_limits(&stability::crossing(Size::Test));
+}
+
+/// A knife's way through a block that the floor holds, with rests: cutting leaves a particle at the floor
+/// under more than half the shear strength.
+const RESTED_CUT: &str = "(
+    clay: [Box(size: (0.052, 0.026, 0.040), center: (0, 0.013, 0))],
+    cell_width: 0.00454,
+    domain: (low: (-0.06, 0, -0.06), high: (0.06, 0.06, 0.06)),
+    material: Preset(SoftClay),
+    softening: 0.5,
+    frame_time: 0.033333333,
+    integrator: Implicit,
+    duration: 3.9,
+    tools: [(
+        shape: Blade(half_width: 0.0042, half_height: 0.0387),
+        contact: Slip,
+        keyframes: [
+            (time: 0.0, position: (-0.0119, 0.0387, -0.0115), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 0.45, position: (-0.0130, 0.0241, -0.0006), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 0.75, position: (-0.0130, 0.0241, -0.0006), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 1.2, position: (-0.0140, 0.0094, 0.0102), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 1.5, position: (-0.0140, 0.0094, 0.0102), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 1.95, position: (-0.0151, -0.0053, 0.0210), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 2.25, position: (-0.0151, -0.0053, 0.0210), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+            (time: 2.7, position: (-0.0162, -0.0199, 0.0319), rotation: (axis: (0.1743, -0.7462, -0.6425), degrees: 94)),
+        ],
+    )],
+)";
+
+/// What is cut and left alone does not grow together by what the cutting left.
+#[test]
+fn pieces_left_alone_stay_apart() {
+    let built = ClayScene::from_ron(RESTED_CUT).and_then(|scene| scene.build(Path::new("."))).expect("a sound scene");
+    let (mut engine, mut planner) = (NativeEngine::new(), built.planner());
+    engine.load(&built.snapshot).expect("load");
+    let mut frames_parted = 0;
+    for frame in 0..built.frame_count() {
+        let Decision::Run(plan) = built.next(frame, &mut planner) else { continue };
+        engine.submit(plan).expect("submit");
+        planner.sent();
+        let mut report = engine.wait().expect("report");
+        planner.note(&mut report);
+        assert!(report.health.is_ok() && report.joined == 0, "frame {frame}: {} {}", report.health, report.joined);
+        frames_parted += usize::from(report.body_max == 1);
+    }
+    let bodies = engine.save().expect("save").particles.iter().map(|p| p.body).collect::<BTreeSet<_>>();
+    assert!(frames_parted > 45 && bodies.len() == 2, "{frames_parted} frames, {bodies:?}");
 }
 
 /// Our cut leaks nothing and stays; those of others, which are there to be compared with, leak and do not

@@ -498,7 +498,7 @@ fn withdrawn_blade_leaves_the_cut() {
         assert_eq!(report.tools[0].pushed_back, 0);
     }
     let is_front: Vec<bool> = oracle.particles.iter().map(|p| p.position.x - f64::from(WALL_NODE) > 12.1).collect();
-    assert!(oracle.particles.iter().zip(&is_front).all(|(p, front)| p.tags[0].side != if *front { -1 } else { 1 }));
+    assert!(oracle.particles.iter().zip(&is_front).all(|(p, front)| p.tags[0].sign() != if *front { -1 } else { 1 }));
     let pull = |oracle: &mut Oracle| {
         for (particle, front) in oracle.particles.iter_mut().zip(&is_front) {
             particle.velocity = DVec3::X * if *front { 0.2 } else { -0.2 };

@@ -22,22 +22,41 @@ fn is_pressed(tau: Sym, ratio: f32, n: vec3f) -> bool {
     return any(n != vec3f(0.0)) && dot(n, traction) < -params.weld_stress * ratio;
 }
 
-// A tag after a frame in which it was pressed, or was not. Its count is the magnitude of its side, a signed
-// byte.
+// The tag with this count, the magnitude of its side, a signed byte.
+fn with_count(tag: u32, count: u32) -> u32 {
+    let is_front = (tag >> 8u) < 128u;
+    return (tag & 255u) | (select(256u - count, count, is_front) << 8u);
+}
+
+// A tag whose blade is there, by whether it is pressed.
+fn marked(tag: u32, pressed: bool) -> u32 {
+    return with_count(tag, select(1u, LEFT_PRESSED, pressed));
+}
+
+// A tag after a frame in which it was pressed, or was not.
 fn counted(tag: u32, pressed: bool) -> u32 {
     let side = tag >> 8u;
-    let is_front = side < 128u;
-    let count = select(1u, select(256u - side, side, is_front) + params.weld_step, pressed);
+    let before = select(256u - side, side, side < 128u);
+    if pressed && before == LEFT_PRESSED { return tag; }
+    let count = select(1u, before + params.weld_step, pressed);
     if count > WELD_PARTS {
         atomicAdd(&status.welded, 1u);
         if (tag & 255u) == JOINT_SHEET { atomicAdd(&status.joined, 1u); }
         return tag & 255u;
     }
-    return (tag & 255u) | (select(256u - count, count, is_front) << 8u);
+    return with_count(tag, count);
 }
 
 // The tags of a particle that meets another body, or none: see `WeldRule::count_joint`.
 fn with_joint(tags: u32, pressed: bool) -> u32 {
+    for (var shift = 0u; shift < 32u; shift += 16u) {
+        let tag = (tags >> shift) & 0xffffu;
+        if (tag >> 8u) == 0u || (tag & 255u) >= JOINT_SHEET || !is_spared(tag & 255u) { continue; }
+        let cut = select(tag, marked(tag, true), pressed);
+        let other = (tags >> (16u - shift)) & 0xffffu;
+        if (other & 255u) == JOINT_SHEET && (other >> 8u) != 0u { return cut; }
+        return (cut << shift) | (other << (16u - shift));
+    }
     var shift = 0u;
     if (tags & 255u) != JOINT_SHEET { shift = 16u; }
     let joint = (tags >> shift) & 0xffffu;
@@ -68,10 +87,13 @@ fn weld(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     for (var shift = 0u; shift < 32u; shift += 16u) {
         let tag = (tags >> shift) & 0xffffu;
         let sheet = tag & 255u;
-        if (tag >> 8u) == 0u || sheet == JOINT_SHEET || is_spared(sheet) { continue; }
+        if (tag >> 8u) == 0u || sheet == JOINT_SHEET { continue; }
         let n = normal_of(sides_about(s, body, sheet));
         if all(n == vec3f(0.0)) { continue; }
-        tags = (tags & ~(0xffffu << shift)) | (counted(tag, is_pressed(tau, ratio, n)) << shift);
+        let pressed = is_pressed(tau, ratio, n);
+        var now: u32;
+        if is_spared(sheet) { now = marked(tag, pressed); } else { now = counted(tag, pressed); }
+        tags = (tags & ~(0xffffu << shift)) | (now << shift);
     }
     var n = vec3f(0.0);
     if meets { n = normal_of(sides_about(s, body, OTHERS)); }

@@ -234,14 +234,15 @@ pub fn withdrawn(_: Size) -> Vec<Row> {
         cut.iter().zip(&after).filter(|(a, _)| a.tags[0].sign() == side).map(|(_, b)| b.body).collect()
     };
     let others = [bodies_of(-1), bodies_of(1)];
+    let sides = |p: &Particle| p.tags.map(|tag| (tag.sheet, tag.sign()));
     let is_lost = |(a, b): &(&Particle, &Particle)| {
-        a.tags[0].side != 0 && a.tags != b.tags && others[usize::from(a.tags[0].side < 0)].contains(&b.body)
+        a.tags[0].side != 0 && sides(a) != sides(b) && others[usize::from(a.tags[0].side < 0)].contains(&b.body)
     };
     let sides_lost = cut.iter().zip(&after).filter(is_lost).count();
     let untagged = |p: &Particle| Particle { tags: Default::default(), ..*p };
     let (whole, _) = halves.pull(&cut.iter().map(untagged).collect::<Vec<_>>());
     let band = |p: &Particle| (place(p).x - at.x).abs() < 1.4;
-    let wrong = cut.iter().filter(|p| band(p) && p.tags[0].side != if halves.is_front(p) { 1 } else { -1 }).count();
+    let wrong = cut.iter().filter(|p| band(p) && p.tags[0].sign() != if halves.is_front(p) { 1 } else { -1 }).count();
     vec![
         Row::at_most("blade withdrawn: particles in its band on no or the wrong side", wrong as f64, "particles", 0.0),
         Row::at_most("blade withdrawn: sides lost while pulled apart", sides_lost as f64, "particles", 0.0),
@@ -274,7 +275,7 @@ pub fn at_rest(size: Size) -> Vec<Row> {
     for _ in 0..size.pick(50, 100, 1000) {
         lab.frame_moving(10, &mut mover);
         let after = lab.particles();
-        flips += before.iter().zip(&after).filter(|(a, b)| a.tags[0].side * b.tags[0].side < 0).count();
+        flips += before.iter().zip(&after).filter(|(a, b)| a.tags[0].sign() * b.tags[0].sign() < 0).count();
         before = after;
     }
     for p in &before {

@@ -210,6 +210,7 @@ fn main() {
         cases("cut_through_cuts_agrees", agreement::recut),
         cases("parted_clay_agrees", agreement::parted),
         cases("welding_agrees", agreement::welding),
+        cases("left_pressed_agrees", agreement::left_pressed),
         cases("carried_sides_agree", agreement::carrying),
         cases("bodies_agree", agreement::bodies),
         with_engine("found_bodies_agree", bodies::found_bodies_agree),
