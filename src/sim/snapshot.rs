@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 pub struct Tag {
     /// The sheet's id; 0 is no cut.
     pub sheet: u8,
-    /// Positive in front, negative behind; its magnitude counts from 1 how far the two sides have grown
-    /// together. 0 is no side: of a sheet, where they have.
+    /// Positive in front, negative behind; its magnitude counts from 1 to 100 how far the two sides have
+    /// grown together, and is 127 where they are pressed since their blade left. 0 is no side: of a sheet,
+    /// where they have.
     pub side: i8,
 }
 

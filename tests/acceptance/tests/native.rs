@@ -2,7 +2,6 @@
 //! what its calls refuse. (The others run as `validate --quick`.)
 
 use bevy_clay::prelude::*;
-use bevy_clay::scene::prelude::*;
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::implicit::{Pace, SAMPLE, Shape, Stroke, Way};
 use clay_acceptance::cases::{
