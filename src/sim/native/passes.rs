@@ -32,21 +32,25 @@ pub(super) fn work<'a>(blocks: &[IVec3], hot: &'a mut [Hot], cold: &'a mut [Cold
     parts.enumerate().map(|(index, ((hot, cold), run))| Work { index, block: blocks[index], hot, cold, run }).collect()
 }
 
-/// The 7^3 velocities about a block as a class sees them.
-fn arena(grid: &Grid, table: &Table, (slot, block): (usize, IVec3), key: ClassKey) -> Tile {
-    let mut out = Tile::ZERO;
+/// Fills `out` with the 7^3 velocities about a block as a class sees them.
+fn fill_arena(out: &mut Tile, grid: &Grid, table: &Table, (slot, block): (usize, IVec3), key: ClassKey) {
     if !key.is_first()
         && let Some(about) = grid.tagged_about(slot, key)
     {
-        about.for_each(|(n, has, nodes)| copy_rows(&mut out, nodes, has, NEIGHBOURS[n]));
-        return out;
+        *out = Tile::ZERO;
+        about.for_each(|(n, has, nodes)| copy_rows(out, nodes, has, NEIGHBOURS[n]));
+        return;
     }
-    for offset in NEIGHBOURS {
-        let Some(slot) = table.slot(block + offset) else { continue };
+    let slots = NEIGHBOURS.map(|offset| table.slot(block + offset));
+    // All nodes are written where no block about is missing.
+    if slots.contains(&None) {
+        *out = Tile::ZERO;
+    }
+    for (offset, slot) in NEIGHBOURS.into_iter().zip(slots) {
+        let Some(slot) = slot else { continue };
         let nodes = grid.nodes_of(slot, key);
         for_arena_nodes(offset, |from, to| out.0[to] = nodes[from]);
     }
-    out
 }
 
 /// What a gather did.
@@ -73,7 +77,7 @@ pub(super) fn gather(
     tasks.retain(|w| is_chosen(w.index));
     let done: Vec<(u32, Option<TagReport>, Option<GridReport>)> = tasks
         .into_par_iter()
-        .map(|w| {
+        .map_init(Tile::zero, |velocity, w| {
             let mut clamped = 0;
             let mut ghosts = s.cutting.has_ghosts().then(|| GridReport::of_tools(s.tools.len()));
             for (key, hot, cold) in w.run.classes(&mut *w.hot, &mut *w.cold) {
@@ -81,8 +85,8 @@ pub(super) fn gather(
                     let gathered = ghost::gather(s, (grid, &table), (w.block, key), hot, report);
                     clamped += s.at(w.block, Moment::End, |place| kernel::finish_gathered(&s.step, place, hot, cold, &gathered));
                 } else if !hot.is_empty() {
-                    let velocity = arena(grid, &table, (w.index, w.block), key);
-                    clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, &velocity));
+                    fill_arena(velocity, grid, &table, (w.index, w.block), key);
+                    clamped += s.at(w.block, Moment::End, |place| kernel::g2p(&s.step, place, hot, cold, velocity));
                 }
             }
             (clamped, tag.map(|tools| tag_block((tools, false), s, w.hot, w.cold, w.run)), ghosts)
@@ -151,10 +155,11 @@ pub(super) fn scatter(
         .zip(&mut tiles.untagged)
         .zip(split(&mut tiles.tagged, &lengths))
         .collect();
+    let scratch_tiles = || [Tile::zero(), Tile::zero()];
     let done: Vec<(u32, Option<GridReport>)> = tasks
         .into_par_iter()
         .with_min_len(4)
-        .map_init(Tile::zero, |scratch, ((w, untagged), tagged)| {
+        .map_init(scratch_tiles, |[velocity, scratch], ((w, untagged), tagged)| {
             let mut clamped = 0;
             let mut press = presses.near(w.block);
             if press.is_none() && matches!(stored_at, Moment::Start) {
@@ -170,9 +175,9 @@ pub(super) fn scatter(
                 if is_gathered {
                     s.at(w.block, stored_at, |place| kernel::p2g(&s.step, place, hot, cold, press.as_mut(), tile));
                 } else {
-                    let velocity = arena(grid, &table, (w.index, w.block), key);
+                    fill_arena(velocity, grid, &table, (w.index, w.block), key);
                     clamped += s.at(w.block, Moment::End, |place| {
-                        kernel::g2p2g(&s.step, place, hot, cold, &velocity, press.as_mut(), tile)
+                        kernel::g2p2g(&s.step, place, hot, cold, velocity, press.as_mut(), tile)
                     });
                 }
                 if !key.is_first()
