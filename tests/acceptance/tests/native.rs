@@ -2,6 +2,7 @@
 //! what its calls refuse. (The others run as `validate --quick`.)
 
 use bevy_clay::prelude::*;
+use bevy_clay::sim::cut::JOINT_SHEET;
 use bevy_clay::sim::prelude::*;
 use clay_acceptance::cases::implicit::{Pace, SAMPLE, Shape, Stroke, Way};
 use clay_acceptance::cases::{
@@ -99,8 +100,11 @@ fn pieces_left_alone_stay_apart() {
         assert!(report.health.is_ok() && report.joined == 0, "frame {frame}: {} {}", report.health, report.joined);
         frames_parted += usize::from(report.body_max == 1);
     }
-    let bodies = engine.save().expect("save").particles.iter().map(|p| p.body).collect::<BTreeSet<_>>();
+    let particles = engine.save().expect("save").particles;
+    let bodies = particles.iter().map(|p| p.body).collect::<BTreeSet<_>>();
     assert!(frames_parted > 45 && bodies.len() == 2, "{frames_parted} frames, {bodies:?}");
+    let sided = particles.iter().flat_map(|p| p.tags).filter(|tag| tag.side != 0 && tag.sheet != JOINT_SHEET).count();
+    assert_eq!(sided, 0, "the blade's visit is over, the cut finished");
 }
 
 /// Our cut leaks nothing and stays; those of others, which are there to be compared with, leak and do not
