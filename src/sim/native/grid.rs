@@ -79,6 +79,11 @@ struct FoundFor {
 }
 
 impl Grid {
+    /// The tagged classes about block `index`.
+    pub(super) fn keys(&self, index: usize) -> &[ClassKey] {
+        self.cut_slot[index].checked_sub(1).map_or(&[], |cut| &self.cuts[cut as usize].keys)
+    }
+
     /// Sums the tiles into the nodes of the state's blocks and updates them; the meeting says what walls and
     /// tools there are.
     pub(super) fn update(&mut self, state: &State, tiles: &Tiles, step: &GridStep, meeting: &Meeting<'_>) -> GridReport {

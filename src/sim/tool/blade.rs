@@ -241,6 +241,18 @@ impl Blade {
         self.distance_of(side, self.motion.start.to_local(point))
     }
 
+    /// How far `point` on `side` is at least from where a [flank](Self::flank) touches it at the step's end,
+    /// less the way that it goes until then. Nothing is known of bent blades, whose flanks are many.
+    pub(crate) fn distance_least(&self, side: i8, point: DVec3) -> f64 {
+        match self.outline {
+            _ if !self.holds => f64::INFINITY,
+            Outline::Strip { .. } => f64::NEG_INFINITY,
+            Outline::Rectangle { .. } | Outline::Triangle { .. } | Outline::Plate { .. } | Outline::Wire { .. } => {
+                self.distance_of(side, self.motion.end.to_local(point))
+            }
+        }
+    }
+
     /// The same of a point in the blade's own frame.
     pub(crate) fn distance_of(&self, side: i8, local: DVec3) -> f64 {
         f64::from(side) * self.outline.foot(local).distance

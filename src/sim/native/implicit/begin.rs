@@ -6,9 +6,9 @@ use super::super::super::implicit::{ACTIVE_MASS, GUESS_FALL_MIN, GUESS_WAY_MAX};
 use super::super::grid::{Grid, Tiles};
 use super::super::grid_step::GridStep;
 use super::super::meeting::{self, Faces, Fold, Meeting, Scratch, Ties};
-use super::super::nodes::{ClassMasses, CutBlock};
+use super::super::nodes::{ClassMasses, CutBlock, Nodes as Sums, bits};
 use super::super::simd::in_lanes;
-use super::super::state::State;
+use super::super::state::{Run, State};
 use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
@@ -42,7 +42,9 @@ pub(super) struct Nodes {
 /// A step that begins.
 pub(super) struct Begun {
     pub(super) layout: Layout,
-    pub(super) tagged_slots: Vec<Vec<u32>>,
+    /// The slot of each class of each block, the untagged one first; of those without particles it means
+    /// nothing.
+    pub(super) class_slots: Vec<Vec<u32>>,
     pub(super) nodes: Nodes,
     pub(super) sides: Pairs,
 }
@@ -58,60 +60,103 @@ impl Begun {
         modulus: f64,
     ) -> Self {
         grid.find_cuts(state, tiles);
-        let mut slots: Vec<Place> = state.blocks.iter().map(|block| Place { block: *block, key: ClassKey::FIRST }).collect();
-        let mut first_tagged = vec![];
-        for (i, block) in state.blocks.iter().enumerate() {
-            first_tagged.push(slots.len());
-            let keys = grid.cut_slot[i].checked_sub(1).map_or(&[][..], |cut| &grid.cuts[cut as usize].keys);
-            slots.extend(keys.iter().map(|key| Place { block: *block, key: *key }));
-        }
-        let tagged_slots = state.runs.iter().enumerate().map(|(i, run)| {
-            let keys = grid.cut_slot[i].checked_sub(1).map_or(&[][..], |cut| &grid.cuts[cut as usize].keys);
-            let slot = |key: &ClassKey| keys.binary_search(key).map_or(i as u32, |at| (first_tagged[i] + at) as u32);
-            run.tagged.iter().map(|(key, _)| slot(key)).collect()
-        });
-        let tagged_slots = tagged_slots.collect();
-        let mut index = Index::default();
-        index.rebuild(&slots);
-        let mut layout = Layout { slots, ..Layout::default() };
-        layout.find_neighbours(&index);
-        let sums: Vec<_> = (0..layout.slots.len()).into_par_iter().map(|slot| nodes_of(&layout, tiles, slot)).collect();
+        let (places, first_tagged) = places(state, grid);
+        let all: Vec<_> = places.par_iter().map(|place| nodes_of(place, tiles)).collect();
         grid.nodes.clear();
-        grid.nodes.extend_from_slice(&sums[..state.blocks.len()]);
+        grid.nodes.extend_from_slice(&all[..state.blocks.len()]);
         for (i, cut) in grid.cut_slot.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.checked_sub(1)?))) {
             let cut = &mut grid.cuts[cut as usize];
             cut.nodes.clear();
-            cut.nodes.extend_from_slice(&sums[first_tagged[i]..first_tagged[i] + cut.keys.len()]);
+            cut.nodes.extend_from_slice(&all[first_tagged[i]..first_tagged[i] + cut.keys.len()]);
             cut.has.fill(!0);
         }
-        let (folds, divided) = ties(&mut layout, &sums, state, grid, &first_tagged, step, meeting);
+        let mut tied = ties(&first_tagged, state, grid, step, meeting);
+        let class_places = class_places(&first_tagged, state, grid);
+        let slots = tied.keep(&all, &state.runs, &class_places);
+        let slot = |place: &usize| slots[*place].saturating_sub(1);
+        let class_slots = class_places.iter().map(|places| places.iter().map(slot).collect()).collect();
+        let kept = || (0..all.len()).filter(|place| slots[*place] > 0);
+        let sums: Vec<_> = kept().map(|place| all[place]).collect();
+        let Tied { links, folds, divided } = tied;
+        let mut layout = Layout { slots: kept().map(|place| places[place]).collect(), links, ..Layout::default() };
+        let mut index = Index::default();
+        index.rebuild(&layout.slots);
+        layout.find_neighbours(&index);
         layout.mark_links();
         let nodes = Nodes::new(&layout, &sums, &folds, step.gravity);
         let sides = Pairs::new(&divided, (&nodes.mass, &nodes.free), modulus);
-        Self { layout, tagged_slots, nodes, sides }
+        Self { layout, class_slots, nodes, sides }
     }
 }
 
-/// The ties of a block's slots, the columns that walls fold in them, and the fields that kept cuts divide.
-type Found = (Vec<Link>, (Vec<(usize, Fold)>, Vec<Divided>));
+/// Where classes of blocks may have slots: the untagged ones of all blocks, then the tagged ones, which begin
+/// there for each block.
+fn places(state: &State, grid: &Grid) -> (Vec<Place>, Vec<usize>) {
+    let mut places: Vec<Place> = state.blocks.iter().map(|block| Place { block: *block, key: ClassKey::FIRST }).collect();
+    let mut first_tagged = vec![];
+    for (i, block) in state.blocks.iter().enumerate() {
+        first_tagged.push(places.len());
+        places.extend(grid.keys(i).iter().map(|key| Place { block: *block, key: *key }));
+    }
+    (places, first_tagged)
+}
 
-/// Ties classes to the fields in which they move, then walls' outer nodes to the inner ones. Returns the
-/// columns folded in each slot, and the fields that kept cuts divide.
-fn ties(
-    layout: &mut Layout,
-    sums: &[super::super::nodes::Nodes],
-    state: &State,
-    grid: &Grid,
-    first_tagged: &[usize],
-    step: &GridStep,
-    meeting: &Meeting<'_>,
-) -> (Vec<(usize, Fold)>, Vec<Divided>) {
-    let slot_of = |i: usize, class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
+/// The place of each class of each block, the untagged one first.
+fn class_places(first_tagged: &[usize], state: &State, grid: &Grid) -> Vec<Vec<usize>> {
+    let places = state.runs.iter().enumerate().map(|(i, run)| {
+        let place = |key: &ClassKey| grid.keys(i).binary_search(key).map_or(i, |at| first_tagged[i] + at);
+        std::iter::once(i).chain(run.tagged.iter().map(|(key, _)| place(key))).collect()
+    });
+    places.collect()
+}
+
+/// What moves together, by places until [`keep`](Self::keep).
+#[derive(Default)]
+struct Tied {
+    links: Vec<Link>,
+    /// The columns that walls fold in each slot.
+    folds: Vec<(usize, Fold)>,
+    /// The fields that kept cuts divide.
+    divided: Vec<Divided>,
+}
+
+impl Tied {
+    /// Finds slot + 1 at each place: 0 where no node has mass, or moves in place of one that has, and no
+    /// particle stands. Most blocks about clay have none: of the 180 about a cube of 20^3 particles 132.
+    /// Leaves out what ties nodes without mass from slot to slot, and says all by slots then.
+    fn keep(&mut self, all: &[Sums], runs: &[Run], class_places: &[Vec<usize>]) -> Vec<u32> {
+        let mut loaded: Vec<u64> = vec![0; all.len()];
+        for_each(&mut loaded, |place, loaded| {
+            *loaded = bits(&std::array::from_fn(|node| all[place][node].0[3]));
+        });
+        self.links.retain(|Link { from, to, .. }| {
+            let is_loaded = loaded[from.0 as usize] >> from.1 & 1;
+            loaded[to.0 as usize] |= is_loaded << to.1;
+            is_loaded == 1 || from.0 == to.0
+        });
+        let mut slots: Vec<u32> = loaded.iter().map(|loaded| u32::from(*loaded != 0)).collect();
+        for (places, run) in class_places.iter().zip(runs) {
+            let particles = std::iter::once(run.untagged).chain(run.tagged.iter().map(|class| class.1));
+            places.iter().zip(particles).for_each(|(place, particles)| slots[*place] |= u32::from(particles > 0));
+        }
+        slots.iter_mut().filter(|slot| **slot > 0).zip(1..).for_each(|(slot, number)| *slot = number);
+        let slot_of = |place: u32| slots[place as usize].checked_sub(1);
+        let slots_of = |places: [u32; 2]| Some([slot_of(places[0])?, slot_of(places[1])?]);
+        self.links.retain_mut(|Link { from, to, .. }| slots_of([from.0, to.0]).map(|slots| [from.0, to.0] = slots).is_some());
+        self.folds.retain_mut(|(place, _)| slot_of(*place as u32).map(|slot| *place = slot as usize).is_some());
+        self.divided.retain_mut(|divided| slots_of(divided.slots).map(|slots| divided.slots = slots).is_some());
+        slots
+    }
+}
+
+/// Ties classes to the fields in which they move, then walls' outer nodes to the inner ones.
+fn ties(first_tagged: &[usize], state: &State, grid: &Grid, step: &GridStep, meeting: &Meeting<'_>) -> Tied {
+    let place_of = |i: usize, class: usize| if class == 0 { i } else { first_tagged[i] + class - 1 };
     let cut_of = |i: usize| Some(&grid.cuts[grid.cut_slot[i].checked_sub(1)? as usize]);
     let cuts: Vec<Option<&CutBlock>> = (0..state.blocks.len()).map(cut_of).collect();
     let masses = grid.cuts.par_iter().map(|cut| {
         let mut masses = ClassMasses::default();
-        meeting::find_masses(&mut masses, &sums[cut.slot], cut, state.blocks[cut.slot], step, meeting);
+        meeting::find_masses(&mut masses, &grid.nodes[cut.slot], cut, state.blocks[cut.slot], step, meeting);
         masses
     });
     let masses: Vec<ClassMasses> = masses.collect();
@@ -121,49 +166,51 @@ fn ties(
         faces
     });
     let faces: Vec<Vec<Faces>> = faces.collect();
-    let found: Vec<Found> = (0..state.blocks.len())
+    let found: Vec<Tied> = (0..state.blocks.len())
         .into_par_iter()
         .map(|i| {
-            let block = state.blocks[i];
-            let (mut links, mut folds) = (vec![], vec![]);
+            let (block, mut tied) = (state.blocks[i], Tied::default());
             if cuts[i].is_none() && !meeting.concerns(block) {
-                return (links, (folds, vec![]));
+                return tied;
             }
-            let slot_of = |class: usize| slot_of(i, class);
+            let place_of = |class: usize| place_of(i, class);
             let faces_of = |n: usize| Some(&faces[cuts[i]?.neighbour(n)?][..]);
-            let Ties { leaders, folds: columns, divided } = meeting::ties(&sums[i], cuts[i], block, step, meeting, &faces_of);
-            let divided = divided.into_iter().map(|(node, fields, facing)| {
-                let slots = fields.map(|class| slot_of(class.into()) as u32);
+            let Ties { leaders, folds, divided } = meeting::ties(&grid.nodes[i], cuts[i], block, step, meeting, &faces_of);
+            tied.divided.extend(divided.into_iter().map(|(node, fields, facing)| {
+                let slots = fields.map(|class| place_of(class.into()) as u32);
                 Divided { slots, node: node as u8, normal: facing.normal, room: facing.room() }
-            });
+            }));
             for (class, leader) in leaders.iter().enumerate() {
                 for (k, leader) in leader.iter().enumerate().filter(|(_, leader)| usize::from(**leader) != class) {
-                    let at = |class: usize| (slot_of(class) as u32, k as u8);
-                    links.push(Link { from: at(class), to: at((*leader).into()), image: [1.0; 3] });
+                    let at = |class: usize| (place_of(class) as u32, k as u8);
+                    tied.links.push(Link { from: at(class), to: at((*leader).into()), image: [1.0; 3] });
                 }
             }
-            for fold in &columns {
+            for fold in &folds {
                 for class in 0..leaders.len() {
-                    let at = |k: usize| (slot_of(class) as u32, k as u8);
-                    folds.push((slot_of(class), *fold));
+                    let at = |k: usize| (place_of(class) as u32, k as u8);
+                    tied.folds.push((place_of(class), *fold));
                     // A class that moves with another is tied already.
                     if usize::from(leaders[class][fold.outer]) != class {
                         continue;
                     }
-                    links.push(Link { from: at(fold.outer), to: at(fold.inner), image: fold.image.as_vec3().to_array() });
+                    tied.links.push(Link { from: at(fold.outer), to: at(fold.inner), image: fold.image.as_vec3().to_array() });
                 }
             }
-            (links, (folds, divided.collect()))
+            tied
         })
         .collect();
-    let (links, found): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    layout.links = links.concat();
-    let (folds, divided): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    (folds.concat(), divided.concat())
+    let mut all = Tied::default();
+    for mut tied in found {
+        all.links.append(&mut tied.links);
+        all.folds.append(&mut tied.folds);
+        all.divided.append(&mut tied.divided);
+    }
+    all
 }
 
 impl Nodes {
-    fn new(layout: &Layout, sums: &[super::super::nodes::Nodes], folds: &[(usize, Fold)], gravity: DVec3) -> Self {
+    fn new(layout: &Layout, sums: &[Sums], folds: &[(usize, Fold)], gravity: DVec3) -> Self {
         let count = sums.len();
         let mut nodes = Self { held: vec![Block3([[1.0; 64]; 3]); count], is_at_wall: vec![0; count], ..Self::default() };
         let [mut momentum, mut mass, mut diagonal, mut velocity, mut free] = std::array::from_fn(|_| vec![Block3::ZERO; count]);
@@ -278,5 +325,38 @@ in_lanes! {
                 acting.0[d][k] = free.0[d][k] * (inertia - acting.0[d][k]);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::simd::Node;
+    use super::*;
+
+    /// Slots are where a node has mass, or moves in place of one that has, if only through others, and where
+    /// particles stand; walls' columns stay tied, and what has no mass is tied no more.
+    #[test]
+    fn slots_stand_where_something_moves() {
+        let mut sums: Vec<Sums> = vec![[Node::default(); 64]; 6];
+        sums[4][7].0[3] = 1.0;
+        let link = |from, to| Link { from, to, image: [1.0; 3] };
+        let divided = |slots| Divided { slots, node: 7, normal: DVec3::X, room: 0.0 };
+        let mut tied = Tied {
+            links: vec![
+                link((4, 7), (1, 7)),
+                link((4, 8), (2, 8)),
+                link((1, 7), (1, 9)),
+                link((1, 9), (3, 9)),
+                link((4, 5), (4, 6)),
+            ],
+            divided: vec![divided([1, 4]), divided([0, 4])],
+            ..Tied::default()
+        };
+        let runs = [Run::default(), Run { untagged: 1, tagged: vec![] }];
+        let slots = tied.keep(&sums, &runs, &[vec![0], vec![5]]);
+        assert_eq!(slots, [0, 1, 0, 2, 3, 4]);
+        let links: Vec<_> = tied.links.iter().map(|link| (link.from, link.to)).collect();
+        assert_eq!(links, [((2, 7), (0, 7)), ((0, 7), (0, 9)), ((0, 9), (1, 9)), ((2, 5), (2, 6))]);
+        assert_eq!(tied.divided.iter().map(|divided| divided.slots).collect::<Vec<_>>(), [[0, 2]]);
     }
 }

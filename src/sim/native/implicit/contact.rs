@@ -61,19 +61,26 @@ impl<'a> Near<'a> {
     }
 
     /// By how much a particle can move before anything here touches it \[cells\]: a distance changes by the
-    /// way at most, and what clings is touched until it lets go. Blades touch what has a side of them,
-    /// wherever it is.
+    /// way at most, and what clings is touched until it lets go.
     #[expect(clippy::cast_possible_truncation, reason = "a bound, with room for rounding")]
     pub(super) fn clearance(&self, hot: &Hot, cold: &Cold) -> f32 {
         let start = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
-        if !self.blades.is_empty() {
-            return f32::NEG_INFINITY;
-        }
+        let reach = reach(f64::from(hot.mass) / 8.0);
         let bond = if cold.anchors.iter().any(|anchor| anchor.get().is_some()) { BOND_REACH } else { 0.0 };
-        let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)) - bond);
-        let walls = self.walls.iter().map(|wall| wall.distance(start));
-        let gap = tools.chain(walls).fold(f64::INFINITY, f64::min) - reach(f64::from(hot.mass) / 8.0);
-        (gap - ROUNDING) as f32
+        let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)) - reach - bond);
+        let blades = self.blades.iter().map(|(_, tool, blade)| match cold.key().side(tool.sheet) {
+            // An edge is known by where a step begins.
+            0 if self.springs.toughness > 0.0 && blade.edge(start).is_some() => f64::NEG_INFINITY,
+            0 => f64::INFINITY,
+            // What an edge had is held as far off as it came beside it.
+            side => {
+                let kept = cold.anchors.iter().find_map(|anchor| anchor.get().filter(|anchor| anchor.0 == tool.id));
+                let reach = kept.map_or(reach, |anchor| blade.distance_of(side, anchor.1).max(reach));
+                blade.distance_least(side, start) - reach - bond
+            }
+        });
+        let walls = self.walls.iter().map(|wall| wall.distance(start) - reach);
+        (tools.chain(blades).chain(walls).fold(f64::INFINITY, f64::min) - ROUNDING) as f32
     }
 
     /// What presses on a particle that has moved by `moved` \[cells\], and if that is asked for how stiffly;
@@ -284,6 +291,103 @@ impl<'a> Sum<'a> {
         if let Some(seat) = self.anchors.get_mut(self.count) {
             *seat = anchor;
             self.count += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::super::params::Walls;
+    use super::super::super::super::snapshot::Tag;
+    use super::super::super::super::strength::StrengthLoss;
+    use super::super::super::super::tool::{Pose, PoseSample, Profile, Tool, ToolPath, ToolShape};
+    use super::super::super::super::validation::Validation;
+    use super::super::super::state::pack_cell;
+    use super::*;
+    use glam::{DQuat, DVec2};
+
+    const SPRINGS: ContactCoefficients = ContactCoefficients {
+        normal: 4.0,
+        tangential: 2.0,
+        strength: 0.02,
+        toughness: 0.05,
+        flank: [0.02, 0.0, 1.0],
+        loss: StrengthLoss { loss: 0.0, gain: 0.0 },
+    };
+
+    /// What is touched, of particles about a tool, and what is clear of it although the block is near: each
+    /// stays clear as far as it says, clings to nothing then, and keeps what it clung to where it is not.
+    fn touched_and_clear(shape: ToolShape, contact: Contact) -> [u32; 2] {
+        let domain = Domain::new(DVec3::ZERO, DVec3::splat(24.0), 1.0, Walls::default()).expect("a room");
+        let middle = DVec3::splat(12.0);
+        let pose = |at: f64| Pose {
+            position: middle + DVec3::new(0.1, 0.2, -0.1) * at,
+            rotation: DQuat::from_rotation_x(0.4 + 0.05 * at),
+        };
+        let samples = [0.0, 1.0].map(|time| PoseSample { time, pose: pose(time) }).to_vec();
+        let path = ToolPath { id: 3, tool: Tool { shape, contact }, sheet: 0, samples };
+        let tools = [ToolNow::new(&path, &domain, &Validation::default(), 0.0, 1.0)];
+        let mut random = 7u64;
+        let mut any = |width: f64| {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            width * ((random >> 33) as f64 / (1u64 << 31) as f64 - 0.5)
+        };
+        let mut counts = [0; 2];
+        for i in 0..4000 {
+            let (at, moved) =
+                (domain.to_grid(middle) + DVec3::new(any(6.0), any(6.0), any(6.0)), DVec3::new(any(1.0), any(1.0), any(1.0)));
+            let cell = at.floor().as_ivec3();
+            let hot = Hot {
+                offset: (at - cell.as_dvec3()).as_vec3().to_array(),
+                cell: pack_cell(cell.to_array()),
+                mass: [1.0, 0.6, 1.3][i % 3],
+                ..Hot::default()
+            };
+            let mut cold = Cold::default();
+            let side = tools[0].blade.map_or(0, |blade| if blade.distance_before(1, at) < 0.0 { -1 } else { 1 });
+            if i % 2 == 0 {
+                cold.tags[0] = Tag { sheet: tools[0].sheet, side };
+            }
+            if i % 4 > 1 {
+                let local = tools[0].motion.start.to_local(at);
+                cold.anchors[0] =
+                    Anchor::on(3, tools[0].blade.map_or(local, |blade| blade.at_distance(side, local, any(2.0).abs())));
+            }
+            let mut ahead = ClayAhead::default();
+            [-0.3, 0.3].iter().for_each(|beside| ahead.see((0, cold.key()), 0.125, 1.0, *beside));
+            let Some(near) = Near::of(cell.div_euclid(IVec3::splat(4)), (&tools, &ahead), &domain, SPRINGS) else { continue };
+            let clear = near.clearance(&hot, &cold);
+            let (mut kept, mut report) = (cold, GridReport::of_tools(1));
+            let press = near.press((&hot, &cold), moved, true, Some((&mut kept, &mut report)));
+            let is_touched = press.velocity != [0.0; 3] || press.stiffness != [[0.0; 3]; 2] || kept.anchors[0].get().is_some();
+            assert!(
+                !(is_touched && f64::from(clear) > moved.length()),
+                "{shape:?}, {contact:?}: {at} by {moved}, clear by {clear}"
+            );
+            counts[0] += u32::from(is_touched);
+            counts[1] += u32::from(f64::from(clear) > moved.length());
+        }
+        counts
+    }
+
+    #[test]
+    fn what_is_clear_is_not_touched() {
+        let bend = Profile::new(&[DVec2::new(-2.0, 1.0), DVec2::ZERO, DVec2::new(2.0, 1.0)]).expect("a profile");
+        let blade = ToolShape::Blade { half_width: 2.0, half_height: 2.0 };
+        let shapes = [
+            (ToolShape::Sphere { radius: 1.5 }, true),
+            (ToolShape::Box { half_size: DVec3::new(1.5, 1.0, 0.5) }, true),
+            (blade, true),
+            (ToolShape::PointedBlade { half_width: 2.0, half_height: 2.0 }, true),
+            (ToolShape::Wire { half_length: 2.0 }, true),
+            // Of flanks that are bent nothing is known before.
+            (ToolShape::BentBlade { profile: bend, half_height: 2.0 }, false),
+        ];
+        for (shape, is_known) in shapes {
+            for contact in [Contact::Slip, Contact::Stick, Contact::Separate { friction: 0.3 }] {
+                let [touched, clear] = touched_and_clear(shape, contact);
+                assert!(touched > 10 && clear > if is_known { 1000 } else { 100 }, "{shape:?}, {contact:?}: {touched}, {clear}");
+            }
         }
     }
 }

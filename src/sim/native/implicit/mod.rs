@@ -133,7 +133,7 @@ pub(super) fn step(
     let near = slope::found((particles, ahead), state, tiles, classes, arrivals);
     let modulus = 2.0 * f64::from(particles.step.law.lambda + particles.step.law.mu2);
     let begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals), modulus);
-    let sources = slope::find_sources(&begun.layout, &begun.tagged_slots, classes);
+    let sources = slope::find_sources(&begun.layout, &begun.class_slots, classes);
     let u = begun.nodes.guess(nodes.gravity);
     let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
     let [slope, accepted] = slopes;

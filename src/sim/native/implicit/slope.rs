@@ -16,7 +16,7 @@ use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
 use super::eights::{self, Class, Eight};
 use super::kernel::{self, Evaluation, Purpose, Scratch};
-use super::layout::Layout;
+use super::layout::{Layout, Place};
 use super::tile::{Rows, Tile4};
 use super::vectors::{Block3, for_each};
 use glam::{DVec3, IVec3, Vec3};
@@ -162,11 +162,11 @@ pub(super) struct Pass<'a, 'b> {
 }
 
 /// Finds the slots of the classes, and the classes about each slot.
-pub(super) fn find_sources(layout: &Layout, tagged_slots: &[Vec<u32>], classes: &mut [Class]) -> Vec<[u32; 27]> {
+pub(super) fn find_sources(layout: &Layout, class_slots: &[Vec<u32>], classes: &mut [Class]) -> Vec<[u32; 27]> {
     let mut of_slots = vec![0; layout.slots.len()];
     for (class, number) in classes.iter_mut().zip(1..) {
         let (block, index) = class.index;
-        class.slot = index.checked_sub(1).map_or(block, |tagged| tagged_slots[block][tagged] as usize);
+        class.slot = class_slots[block][index] as usize;
         of_slots[class.slot] = number;
     }
     let mut sources = vec![[0; 27]; layout.slots.len()];
@@ -238,10 +238,9 @@ impl Pass<'_, '_> {
     }
 }
 
-/// Adds up the tiles about a slot.
-pub(super) fn nodes_of(layout: &Layout, tiles: &Tiles, slot: usize) -> Nodes {
+/// Adds up the tiles about a place.
+pub(super) fn nodes_of(place: &Place, tiles: &Tiles) -> Nodes {
     let mut nodes: Nodes = [Node::default(); 64];
-    let place = layout.slots[slot];
     if place.key.is_first() {
         sum_untagged(&mut nodes, tiles, place.block);
         return nodes;

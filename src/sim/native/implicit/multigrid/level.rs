@@ -356,7 +356,11 @@ impl Level {
 
     /// Takes the level before's partial sums as what is to be solved for.
     pub(super) fn collect(&mut self, partials: &[Partial]) {
-        for_each(&mut self.residual, |slot, sum| transfer::collect(&self.children[slot], partials, sum));
+        for_each(&mut self.residual, |slot, sum| {
+            if self.is_used[slot] {
+                transfer::collect(&self.children[slot], partials, sum);
+            }
+        });
         self.layout.fold(&mut self.residual);
     }
 
