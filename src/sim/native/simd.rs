@@ -7,9 +7,10 @@
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
-    __m256, _mm_add_ps, _mm_load_ps, _mm_store_ps, _mm256_add_ps, _mm256_castps256_ps128, _mm256_extractf128_ps, _mm256_fmadd_ps,
-    _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_set_m128, _mm256_set1_ps, _mm256_setzero_ps,
-    _mm256_shuffle_ps, _mm256_store_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    __m256, _mm_add_ps, _mm_load_ps, _mm_set1_ps, _mm_store_ps, _mm256_add_ps, _mm256_castps256_ps128, _mm256_extractf128_ps,
+    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_set_m128, _mm256_set1_ps,
+    _mm256_setzero_ps, _mm256_shuffle_ps, _mm256_store_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps,
+    _mm256_unpacklo_ps,
 };
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -93,6 +94,8 @@ pub(super) struct Node(pub [f32; 8]);
 /// The numbers of one node, in registers.
 pub(super) trait Lanes: Copy {
     fn splat(v: f32) -> Self;
+    /// The first in the lower four lanes, the second in the upper.
+    fn halves(low: f32, high: f32) -> Self;
     fn load(node: &Node) -> Self;
     fn store(self, node: &mut Node);
     fn load_row(row: &[f32; 8]) -> Self;
@@ -125,6 +128,11 @@ impl Lanes for F8 {
     #[inline(always)]
     fn splat(v: f32) -> Self {
         Self([v; 8])
+    }
+
+    #[inline(always)]
+    fn halves(low: f32, high: f32) -> Self {
+        Self([low, low, low, low, high, high, high, high])
     }
 
     #[inline(always)]
@@ -182,6 +190,12 @@ impl Lanes for Wide {
     fn splat(v: f32) -> Self {
         // SAFETY: kernels of this type are entered after AVX2 and FMA were detected.
         Self(unsafe { _mm256_set1_ps(v) })
+    }
+
+    #[inline(always)]
+    fn halves(low: f32, high: f32) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_set_m128(_mm_set1_ps(high), _mm_set1_ps(low)) })
     }
 
     #[inline(always)]

@@ -143,6 +143,8 @@ pub(super) fn found_with<L: Lanes>(step: &Step, place: &Place<'_>, hot: &[Hot], 
     *out = Tile::ZERO;
     eights.clear();
     let mu = 0.5 * step.law.mu2;
+    // Numbers stored one by one, and then read as a row, would be waited for.
+    let last = L::load_row(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     for chunk in hot.chunks(8) {
         let middle = middle(chunk, place);
         let s = stencil(&middle.cell, &middle.x);
@@ -153,7 +155,8 @@ pub(super) fn found_with<L: Lanes>(step: &Step, place: &Place<'_>, hot: &[Hot], 
             for c in 0..8 {
                 let [i, j, l] = [c >> 2, c >> 1 & 1, c & 1];
                 let share = shares[0][i] * shares[1][j] * shares[2][l];
-                out.0[s.first[k] + (i * 7 + j) * 8 + l].0[7] += p.mass / 8.0 * share;
+                let to = &mut out.0[s.first[k] + (i * 7 + j) * 8 + l];
+                L::splat(p.mass / 8.0 * share).times_plus(last, L::load(to)).store(to);
             }
         }
     }
@@ -164,25 +167,19 @@ pub(super) fn found_with<L: Lanes>(step: &Step, place: &Place<'_>, hot: &[Hot], 
 fn scatter_one<L: Lanes>((mu, both): (f32, f32), p: &Hot, s: &Stencil, k: usize, out: &mut Tile) {
     let zero = L::splat(0.0);
     let (mut terms, mut weights) = ([[zero; 3]; 3], [[zero; 3]; 3]);
+    let mass = p.mass;
+    let [vx, vy, vz] = p.velocity.map(|v| mass * v);
+    let still = L::load_row(&[vx, vy, vz, mass, 0.0, 0.0, 0.0, 0.0]);
     for axis in 0..3 {
+        let ([x, y, z], stiff) = (p.affine[axis], [0, 1, 2].map(|d| if d == axis { both + mu } else { mu }));
+        let slopes = L::load_row(&[x, y, z, 0.0, stiff[0], stiff[1], stiff[2], 0.0]);
         for i in 0..3 {
             let arm = i as f32 - s.f[axis].0[k];
-            let stiff = 4.0 * p.mass * arm * arm;
-            let mut term = [0.0f32; 8];
-            for d in 0..3 {
-                term[d] = p.mass * arm * p.affine[axis][d];
-                term[4 + d] = stiff * if d == axis { both + mu } else { mu };
-            }
-            if axis == 0 {
-                for d in 0..3 {
-                    term[d] += p.mass * p.velocity[d];
-                }
-                term[3] = p.mass;
-            }
+            let (once, twice) = (mass * arm, 4.0 * mass * arm * arm);
+            let term = L::halves(once, twice).times(slopes);
+            terms[axis][i] = if axis == 0 { term.plus(still) } else { term };
             let w = s.weights[axis][i].0[k];
-            let w2 = w * w;
-            terms[axis][i] = L::load_row(&term);
-            weights[axis][i] = L::load_row(&[w, w, w, w, w2, w2, w2, w2]);
+            weights[axis][i] = L::halves(w, w * w);
         }
     }
     for i in 0..3 {
