@@ -241,8 +241,14 @@ impl Blade {
         self.distance_of(side, self.motion.start.to_local(point))
     }
 
-    /// How far `point` on `side` is at least from where a [flank](Self::flank) touches it at the step's end,
-    /// less the way that it goes until then. Nothing is known of bent blades, whose flanks are many.
+    /// The same of a point in the blade's own frame.
+    pub(crate) fn distance_of(&self, side: i8, local: DVec3) -> f64 {
+        f64::from(side) * self.outline.foot(local).distance
+    }
+
+    /// How far `point` on `side` is at least from the [flank](Self::flank) at the step's end, if it stays
+    /// where it is; by what it moves until then it may come nearer. Nothing is known of bent blades, whose
+    /// flanks are many.
     pub(crate) fn distance_least(&self, side: i8, point: DVec3) -> f64 {
         match self.outline {
             _ if !self.holds => f64::INFINITY,
@@ -251,11 +257,6 @@ impl Blade {
                 self.distance_of(side, self.motion.end.to_local(point))
             }
         }
-    }
-
-    /// The same of a point in the blade's own frame.
-    pub(crate) fn distance_of(&self, side: i8, local: DVec3) -> f64 {
-        f64::from(side) * self.outline.foot(local).distance
     }
 
     /// A point of the blade's own frame brought to `distance` on `side` of it, along the normal.
