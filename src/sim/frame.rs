@@ -70,7 +70,8 @@ pub struct FrameOutputs {
     /// The whole state, 156 bytes a particle, for
     /// [`Engine::request_state`](super::engine::Engine::request_state).
     pub state: bool,
-    /// Whether there is loose clay, for the report: a planner asks where inertia may be scaled.
+    /// Whether there is loose clay, for the report: a planner asks where inertia may be scaled or steps may
+    /// be implicit.
     #[serde(default)]
     pub support: bool,
     /// What each tool meets, for the report's [`touches`](FrameReport::touches). Engines of the processor

@@ -275,7 +275,7 @@ impl Planner {
             IntegratorChoice::Auto if self.state.course.flies(slot) => explicit,
             IntegratorChoice::Auto | IntegratorChoice::Implicit => self.implicit(&limits, slot, explicit),
         };
-        let is_asked = self.policy.inertia != InertiaScaling::Off || integrator == IntegratorChoice::Auto;
+        let is_asked = self.policy.inertia != InertiaScaling::Off || integrator != IntegratorChoice::Explicit;
         let support = outputs.support || is_asked;
         (plan.id, plan.outputs) = (self.state.next_id, FrameOutputs { support, ..outputs });
         self.state.sheets.deal(&mut plan);
@@ -285,8 +285,9 @@ impl Planner {
 
     /// The implicit frame in the place of the `explicit` one, unless that is no dearer and may be chosen.
     fn implicit(&mut self, limits: &StepLimits, slot: usize, explicit: FramePlan) -> FramePlan {
-        // Clay that rests does not fall.
-        let falls = self.state.speeds[slot] > 0.5 * limits.gravity.length() * self.state.last_duration;
+        // Clay that rests does not fall, nor does what a tool leads.
+        let is_fast = self.state.speeds[slot] > 0.5 * limits.gravity.length() * self.state.last_duration;
+        let falls = is_fast && !self.state.course.is_led(slot);
         let limits = StepLimits { speed: if falls { limits.speed } else { self.state.speeds[slot] }, ..*limits };
         let accuracy = self.policy.accuracy;
         let refinement = self.state.course.refinement(slot);
