@@ -7,10 +7,11 @@
 
 use super::params::{BLOCK, Domain, Wall};
 use glam::{DVec3, IVec3};
-use std::collections::HashMap;
 
 /// Bits of a block's eight cubes that hold clay; those beyond are of cubes whose clay a wall bears.
 const CUBES: u32 = 8;
+
+const _: () = assert!(BLOCK.cast_unsigned().is_power_of_two(), "blocks are found by shifts");
 
 /// The walls that bear clay under `gravity`, a bit each, by number: those that stick, and those that stand
 /// against gravity; without it all.
@@ -26,53 +27,78 @@ pub(crate) fn bearing_walls(domain: &Domain, gravity: DVec3) -> u32 {
 /// Where there is clay, and where a wall bears it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Support {
-    blocks: HashMap<IVec3, u32>,
+    /// Bits of blocks, of which some may be there several times.
+    blocks: Vec<([i32; 3], u32)>,
 }
 
 impl Support {
     /// Adds the clay of a particle in `cell`.
     pub(crate) fn add(&mut self, cell: IVec3, is_borne: bool) {
-        self.add_block(cell.div_euclid(IVec3::splat(BLOCK)), bits(cell, is_borne));
+        // Shifts round down.
+        let (block, cube) = (cell >> BLOCK.ilog2().cast_signed(), 1 << cube_in_block(cell >> 1));
+        self.add_block(block, cube | if is_borne { cube << CUBES } else { 0 });
+    }
+
+    /// Adds what another has.
+    pub(crate) fn add_all(&mut self, other: Self) {
+        self.blocks.extend(other.blocks);
     }
 
     /// Adds a block with these bits.
     pub(crate) fn add_block(&mut self, block: IVec3, bits: u32) {
-        *self.blocks.entry(block).or_default() |= bits;
+        let block = block.to_array();
+        // The native engine's particles of a block come one after another.
+        match self.blocks.last_mut().filter(|last| last.0 == block) {
+            Some(last) => last.1 |= bits,
+            None => self.blocks.push((block, bits)),
+        }
     }
 
     /// Whether there is loose clay.
     pub(crate) fn has_loose(mut self) -> bool {
-        let cubes = |(block, bits): (&IVec3, &u32)| {
-            let borne = bits >> CUBES;
-            let block = *block;
-            (0..8).filter(move |i| borne >> i & 1 == 1).map(move |i| 2 * block + IVec3::new(i >> 2, i >> 1 & 1, i & 1))
-        };
-        let mut next: Vec<IVec3> = self.blocks.iter().flat_map(cubes).collect();
+        self.blocks.sort_unstable_by_key(|block| block.0);
+        self.blocks.dedup_by(|other, first| {
+            let is_same = other.0 == first.0;
+            first.1 |= if is_same { other.1 } else { 0 };
+            is_same
+        });
+        let borne = |(block, bits): &([i32; 3], u32)| cubes_of(IVec3::from_array(*block), bits >> CUBES);
+        let mut next: Vec<IVec3> = self.blocks.iter().flat_map(borne).collect();
         while let Some(cube) = next.pop() {
-            for i in 0..27 {
-                let near = cube + IVec3::new(i / 9, i / 3 % 3, i % 3) - 1;
-                let Some(bits) = self.blocks.get_mut(&near.div_euclid(IVec3::splat(2))) else { continue };
-                let bit = 1 << cube_in_block(near);
+            for (block, near) in about(cube) {
+                let Ok(at) = self.blocks.binary_search_by_key(&block.to_array(), |block| block.0) else { continue };
                 // What hangs together with borne clay is taken out.
-                if *bits & bit != 0 {
-                    *bits &= !bit;
-                    next.push(near);
-                }
+                let hanging = self.blocks[at].1 & near;
+                self.blocks[at].1 &= !hanging;
+                next.extend(cubes_of(block, hanging));
             }
         }
-        self.blocks.values().any(|bits| bits & ((1 << CUBES) - 1) != 0)
+        self.blocks.iter().any(|block| block.1 & ((1 << CUBES) - 1) != 0)
     }
 }
 
-/// The bits of a particle in `cell` among those of its block.
-fn bits(cell: IVec3, is_borne: bool) -> u32 {
-    let cube = 1 << cube_in_block(cell.div_euclid(IVec3::splat(2)));
-    cube | if is_borne { cube << CUBES } else { 0 }
+/// The cubes of a block whose bits are set.
+fn cubes_of(block: IVec3, bits: u32) -> impl Iterator<Item = IVec3> {
+    (0..8).filter(move |i| bits >> i & 1 == 1).map(move |i| 2 * block + IVec3::new(i >> 2, i >> 1 & 1, i & 1))
+}
+
+/// The blocks in which cubes share a corner with a cube, or are it, and the bits of these.
+fn about(cube: IVec3) -> impl Iterator<Item = (IVec3, u32)> {
+    let (block, at) = (cube.div_euclid(IVec3::splat(2)), cube.rem_euclid(IVec3::splat(2)));
+    (0..8).map(move |i| {
+        // Along each axis its own block, or the next on the cube's side: there the near half alone.
+        let step = IVec3::new(i >> 2, i >> 1 & 1, i & 1);
+        let is_near = |of: &i32| {
+            let other = IVec3::new(of >> 2, of >> 1 & 1, of & 1);
+            (0..3).all(|axis| step[axis] == 0 || other[axis] != at[axis])
+        };
+        (block + step * (2 * at - 1), (0..8).filter(is_near).map(|of| 1 << of).sum())
+    })
 }
 
 /// A cube's number in its block.
 fn cube_in_block(cube: IVec3) -> u32 {
-    let at = cube.rem_euclid(IVec3::splat(2));
+    let at = cube & 1;
     (4 * at.x + 2 * at.y + at.z).cast_unsigned()
 }
 
@@ -102,6 +128,37 @@ mod tests {
                 assert!(has_loose(&[(low, true), (low + 4 * way, false)]), "{low} {way}");
                 assert!(has_loose(&[(low, true), (low + 2 * way, false), (low + 7 * way, false)]), "{low} {way}");
             }
+        }
+    }
+
+    /// A block that comes again, or from another part, is the same block, and borne if it is at one of its
+    /// places.
+    #[test]
+    fn parts_make_one() {
+        let far = IVec3::splat(40);
+        for (first, last) in [(true, false), (false, true)] {
+            let mut support = Support::default();
+            let cells = [(IVec3::ONE, first), (far, true), (IVec3::ONE, last)];
+            cells.into_iter().for_each(|(cell, is_borne)| support.add(cell, is_borne));
+            assert!(!support.clone().has_loose());
+            let mut part = Support::default();
+            let cells = [(far + 8, false), (IVec3::ONE, false)];
+            cells.into_iter().for_each(|(cell, is_borne)| part.add(cell, is_borne));
+            support.add_all(part);
+            assert!(support.clone().has_loose());
+            support.add(far + 8, true);
+            assert!(!support.has_loose());
+        }
+    }
+
+    /// The cubes about a cube, each once, in their blocks.
+    #[test]
+    fn cubes_about_a_cube_are_those_that_touch_it() {
+        for cube in [IVec3::new(0, 0, 0), IVec3::new(-1, 4, 7), IVec3::new(-3, -2, 1)] {
+            let mut found: Vec<_> = about(cube).flat_map(|(block, bits)| cubes_of(block, bits)).map(|c| c.to_array()).collect();
+            found.sort_unstable();
+            let all = (0..27).map(|i| (cube + IVec3::new(i / 9, i / 3 % 3, i % 3) - 1).to_array());
+            assert_eq!(found, all.collect::<Vec<_>>(), "{cube}");
         }
     }
 

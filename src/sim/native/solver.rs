@@ -29,13 +29,14 @@ use super::particle_step::ParticleStep;
 use super::passes;
 use super::simd;
 use super::state::{Cold, Hot, MARGIN, State, unpack_cell};
-use super::stats::sums;
+use super::stats::{self, sums};
 use super::step::Step;
 use super::tags::Tagged;
 use super::touch::touches;
 use super::walls::Arrivals;
 use super::weld;
 use glam::{DVec3, IVec3, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -374,11 +375,18 @@ impl Solver {
 
     /// Whether some clay hangs together with none that a wall bears.
     fn has_loose_clay(&self, plan: &FramePlan) -> bool {
-        let (mut support, bearing) = (Support::default(), bearing_walls(&self.domain, plan.gravity));
-        for (hot, cold) in self.state.hot.iter().zip(&self.state.cold) {
-            let offset = Vec3::from_array(hot.offset).floor().as_ivec3();
-            support.add(IVec3::from_array(unpack_cell(hot.cell)) + offset, cold.walls & bearing != 0);
-        }
+        let bearing = bearing_walls(&self.domain, plan.gravity);
+        let chunks = self.state.hot.par_chunks(stats::CHUNK).zip(self.state.cold.par_chunks(stats::CHUNK));
+        let parts = chunks.map(|(hot, cold)| {
+            let mut support = Support::default();
+            for (hot, cold) in hot.iter().zip(cold) {
+                let offset = Vec3::from_array(hot.offset).floor().as_ivec3();
+                support.add(IVec3::from_array(unpack_cell(hot.cell)) + offset, cold.walls & bearing != 0);
+            }
+            support
+        });
+        let mut support = Support::default();
+        parts.collect::<Vec<_>>().into_iter().for_each(|part| support.add_all(part));
         support.has_loose()
     }
 

@@ -7,8 +7,9 @@ use super::state::{Cold, Hot, strains, unpack_cell};
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-/// Particles per task: the sums' order must not depend on the number of threads.
-const CHUNK: usize = 2048;
+/// Particles per task of what goes once over all of them: sums' order must not depend on the number of
+/// threads.
+pub(super) const CHUNK: usize = 2048;
 
 /// Sums over all particles.
 pub(super) fn sums(domain: &Domain, hot: &[Hot], cold: &[Cold]) -> ParticleSums {
