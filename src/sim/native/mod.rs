@@ -6,6 +6,7 @@
 //! | `solver`   | the frame: substep loop, redo, report                                       |
 //! | `state`    | particles in block order, the sort                                          |
 //! | `passes`   | particle passes over blocks: gather, tags, scatter                          |
+//! | `shares`   | who does what, where threads share the same work over and over              |
 //! | `step`     | the numbers of a substep, `particle_step` those with the tools about        |
 //! | `kernel`   | gather, law, scatter of one block, in lanes (`simd`, `law`)                 |
 //! | `averaging`| anti-locking: volumes of flowing particles                                  |
@@ -15,7 +16,6 @@
 //! | `tagged`   | tiles and sums of clay near cuts                                            |
 //! | `grid_step`| the numbers of a grid update, and what it met                               |
 //! | `contact`  | tools in cells and substeps; `penalty` solid ones on particles, as `walls`  |
-//! | `implicit` | the step that is not bound to the speed of sound                            |
 //! | `stats`    | sums for the report                                                         |
 //! | `implicit` | the implicit step                                                           |
 
@@ -35,6 +35,7 @@ mod nodes;
 mod particle_step;
 mod passes;
 mod penalty;
+mod shares;
 mod simd;
 mod solver;
 mod state;

@@ -7,9 +7,10 @@
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
-    __m256, _mm_add_ps, _mm_load_ps, _mm_set1_ps, _mm_store_ps, _mm256_add_ps, _mm256_castps256_ps128, _mm256_extractf128_ps,
-    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_set_m128, _mm256_set1_ps,
-    _mm256_setzero_ps, _mm256_shuffle_ps, _mm256_store_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps,
+    __m256, _mm_add_ps, _mm_load_ps, _mm_loadu_ps, _mm_set_ss, _mm_set1_ps, _mm_store_ps, _mm_storeu_ps, _mm256_add_ps,
+    _mm256_blend_ps, _mm256_castps128_ps256, _mm256_castps256_ps128, _mm256_extractf128_ps, _mm256_fmadd_ps, _mm256_load_ps,
+    _mm256_loadu_ps, _mm256_mul_ps, _mm256_permute_ps, _mm256_permutevar8x32_ps, _mm256_set_m128, _mm256_set1_ps,
+    _mm256_setr_epi32, _mm256_setzero_ps, _mm256_shuffle_ps, _mm256_store_ps, _mm256_sub_ps, _mm256_unpackhi_ps,
     _mm256_unpacklo_ps,
 };
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -99,7 +100,13 @@ pub(super) trait Lanes: Copy {
     fn load(node: &Node) -> Self;
     fn store(self, node: &mut Node);
     fn load_row(row: &[f32; 8]) -> Self;
-    fn store_row(self, row: &mut [f32; 8]);
+    /// A row of four between its neighbours, one after another in the lanes: from the one before on, and from
+    /// the first of the four on. 0 comes after them.
+    fn load_between(low: f32, row: &[f32; 4], high: f32) -> [Self; 2];
+    /// Each lane moved down by one, the first to the end.
+    fn rotated_down(self) -> Self;
+    /// Adds the lower four lanes to a row.
+    fn add_low_to(self, row: &mut [f32; 4]);
     fn plus(self, b: Self) -> Self;
     fn minus(self, b: Self) -> Self;
     fn times(self, b: Self) -> Self;
@@ -151,8 +158,21 @@ impl Lanes for F8 {
     }
 
     #[inline(always)]
-    fn store_row(self, row: &mut [f32; 8]) {
-        *row = self.0;
+    fn load_between(low: f32, row: &[f32; 4], high: f32) -> [Self; 2] {
+        let [p, q, r, s] = *row;
+        [Self([low, p, q, r, s, high, 0.0, 0.0]), Self([p, q, r, s, high, 0.0, 0.0, 0.0])]
+    }
+
+    #[inline(always)]
+    fn rotated_down(self) -> Self {
+        let [first, rest @ ..] = self.0;
+        let [b, c, d, e, f, g, h] = rest;
+        Self([b, c, d, e, f, g, h, first])
+    }
+
+    #[inline(always)]
+    fn add_low_to(self, row: &mut [f32; 4]) {
+        row.iter_mut().zip(self.0).for_each(|(to, own)| *to += own);
     }
 
     #[inline(always)]
@@ -217,9 +237,26 @@ impl Lanes for Wide {
     }
 
     #[inline(always)]
-    fn store_row(self, row: &mut [f32; 8]) {
-        // SAFETY: as in `load_row`.
-        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), self.0) }
+    fn load_between(low: f32, row: &[f32; 4], high: f32) -> [Self; 2] {
+        // SAFETY: as in `splat`; the row is 16 bytes long.
+        unsafe {
+            let from_first = _mm256_set_m128(_mm_set_ss(high), _mm_loadu_ps(row.as_ptr()));
+            let up = _mm256_permutevar8x32_ps(from_first, _mm256_setr_epi32(7, 0, 1, 2, 3, 4, 5, 6));
+            let from_before = _mm256_blend_ps::<1>(up, _mm256_castps128_ps256(_mm_set_ss(low)));
+            [Self(from_before), Self(from_first)]
+        }
+    }
+
+    #[inline(always)]
+    fn rotated_down(self) -> Self {
+        // SAFETY: as in `splat`.
+        Self(unsafe { _mm256_permutevar8x32_ps(self.0, _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 0)) })
+    }
+
+    #[inline(always)]
+    fn add_low_to(self, row: &mut [f32; 4]) {
+        // SAFETY: as in `load_between`.
+        unsafe { _mm_storeu_ps(row.as_mut_ptr(), _mm_add_ps(_mm_loadu_ps(row.as_ptr()), _mm256_castps256_ps128(self.0))) }
     }
 
     #[inline(always)]

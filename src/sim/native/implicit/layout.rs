@@ -6,7 +6,7 @@
 
 use super::super::super::cut::ClassKey;
 use super::super::state::NEIGHBOURS;
-use super::vectors::{Block3, for_each};
+use super::vectors::{Block1, Block3, for_each};
 use glam::IVec3;
 
 /// Where a slot stands.
@@ -72,6 +72,14 @@ impl Layout {
         }
     }
 
+    /// The same of component `d` alone.
+    pub(super) fn fold_component(&self, d: usize, field: &mut [Block1]) {
+        for Link { from, to, image } in &self.links {
+            let got = std::mem::take(&mut field[from.0 as usize].0[usize::from(from.1)]);
+            field[to.0 as usize].0[usize::from(to.1)] += image[d] * got;
+        }
+    }
+
     /// Adds what linked nodes have of a diagonal to that of the nodes that move in their place.
     pub(super) fn fold_diagonal(&self, vector: &mut [Block3]) {
         for Link { from, to, image } in &self.links {
@@ -98,6 +106,13 @@ impl Layout {
             for d in 0..3 {
                 vector[from.0 as usize].0[d][usize::from(from.1)] = image[d] * vector[to.0 as usize].0[d][usize::from(to.1)];
             }
+        }
+    }
+
+    /// The same of component `d` alone.
+    pub(super) fn expand_component(&self, d: usize, field: &mut [Block1]) {
+        for Link { from, to, image } in self.links.iter().rev() {
+            field[from.0 as usize].0[usize::from(from.1)] = image[d] * field[to.0 as usize].0[usize::from(to.1)];
         }
     }
 }

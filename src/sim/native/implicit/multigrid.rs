@@ -5,6 +5,7 @@
 //! of its slots is interpolated from; where none of its clay moves there its nodes are tied to the untagged
 //! ones. Outer nodes of walls are no unknowns, and held at 0 here.
 
+mod cycle;
 mod direct;
 mod elements;
 mod level;
@@ -13,12 +14,18 @@ mod tests;
 mod transfer;
 
 use super::super::super::implicit::{CYCLE_SCALE, DIRECT_MAX, LEVELS_MAX, smoothing};
+use super::super::shares::for_each_in_shares;
 use super::super::simd::in_lanes;
 use super::layout::Index;
 use super::vectors::{Block3, for_each};
-use direct::Direct;
+use cycle::{Fields, cycle_component};
+use direct::{Direct, Factor};
 pub(super) use level::Finest;
 use level::Level;
+
+/// Slots from which on components go down and up apart from each other: 45 take 60 us for each, and another
+/// thread starts 10 to 30 us later.
+const APART_MIN: usize = 16;
 
 /// The V-cycle of a step. What it is made of is kept from step to step.
 #[derive(Debug, Default)]
@@ -27,7 +34,16 @@ pub(super) struct Multigrid {
     /// How many of them are in use.
     count: usize,
     direct: Direct,
+    components: [Component; 3],
     index: Index,
+}
+
+/// What a cycle is made of beside the levels, of one component.
+#[derive(Debug, Default)]
+struct Component {
+    /// By level.
+    fields: Vec<Fields>,
+    factor: Factor,
 }
 
 impl Multigrid {
@@ -53,7 +69,13 @@ impl Multigrid {
         }
         let width = f64::from(1 << (self.count - 1));
         let moduli = [0, 1, 2].map(|a| [0, 1, 2].map(|axis| width * if axis == a { lambda + 2.0 * mu } else { mu }));
-        self.direct.set_up(&self.levels[self.count - 1], moduli);
+        let levels = &self.levels[..self.count];
+        let factors = self.components.each_mut().map(|component| &mut component.factor);
+        self.direct.set_up(factors, &levels[self.count - 1], moduli);
+        for Component { fields, .. } in &mut self.components {
+            fields.resize_with(fields.len().max(self.count), Fields::default);
+            fields.iter_mut().zip(levels).for_each(|(fields, level)| fields.set_up(level.layout.slots.len()));
+        }
     }
 
     /// Level `l`, new if it was never in use.
@@ -67,48 +89,30 @@ impl Multigrid {
     /// Makes `z` an approximation of `A^-1 r`, 0 where nothing is free, by the operators last
     /// [taken](Self::set_up).
     pub(super) fn cycle(&mut self, r: &[Block3], z: &mut [Block3]) {
-        let last = self.count - 1;
-        for l in 0..last {
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
-            let residual = std::mem::take(&mut fine.residual);
-            let of_level = if l == 0 { r } else { &residual };
-            fine.go_down(of_level);
-            fine.residual = residual;
-            coarse.collect(&fine.partials);
+        let (levels, direct) = (&self.levels[..self.count], &self.direct);
+        let act = |_: &mut (), (a, component): &mut (usize, &mut Component)| {
+            let Component { fields, factor } = &mut **component;
+            cycle_component(*a, levels, &mut fields[..levels.len()], (direct, factor), r);
+        };
+        let mut components: Vec<_> = self.components.iter_mut().enumerate().collect();
+        if r.len() < APART_MIN {
+            components.iter_mut().for_each(|component| act(&mut (), component));
+        } else {
+            for_each_in_shares(&mut components, |_| 1, || (), act);
         }
-        self.solve_last(if last == 0 { Some(r) } else { None });
-        for l in (0..last).rev() {
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
-            fine.correct(coarse);
-            let residual = std::mem::take(&mut fine.residual);
-            fine.go_up(if l == 0 { r } else { &residual });
-            fine.residual = residual;
-        }
-        let finest = &self.levels[0];
+        let (finest, components) = (&levels[0], &self.components);
         for_each(z, |slot, z| {
-            if !finest.is_used[slot] {
-                *z = Block3::ZERO;
-                return;
+            for (a, component) in components.iter().enumerate() {
+                take(&mut z.0[a], &component.fields[0].z[slot].0, &finest.inverse[slot].0[a]);
             }
-            take(z, &finest.z[slot], &finest.inverse[slot]);
         });
-    }
-
-    /// Solves the last level; if that is the finest, for `r`.
-    fn solve_last(&mut self, r: Option<&[Block3]>) {
-        let last = &mut self.levels[self.count - 1];
-        let mut solution = std::mem::take(&mut last.z);
-        self.direct.solve(last, r.unwrap_or(&last.residual), &mut solution);
-        last.z = solution;
     }
 }
 
 in_lanes! {
     /// What comes of a cycle, where something is free.
-    fn take(z: &mut Block3, from: &Block3, inverse: &Block3) {
-        for ((z, from), inverse) in z.flat_mut().iter_mut().zip(from.flat()).zip(inverse.flat()) {
+    fn take(z: &mut [f32; 64], from: &[f32; 64], inverse: &[f32; 64]) {
+        for ((z, from), inverse) in z.iter_mut().zip(from).zip(inverse) {
             *z = if *inverse > 0.0 { CYCLE_SCALE as f32 * from } else { 0.0 };
         }
     }

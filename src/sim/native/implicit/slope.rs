@@ -8,7 +8,8 @@ use super::super::grid_step::GridReport;
 use super::super::kernel::{Place as Spot, Tile};
 use super::super::nodes::Nodes;
 use super::super::particle_step::ParticleStep;
-use super::super::passes::{make_room, work};
+use super::super::passes::{Work, make_room, work};
+use super::super::shares::for_each_in_shares;
 use super::super::simd::{F8, Node};
 use super::super::state::{Cold, Hot, NEIGHBOURS, State, split, unpack_cell};
 use super::super::step::Step;
@@ -20,7 +21,7 @@ use super::layout::{Layout, Place};
 use super::tile::{Rows, Tile4};
 use super::vectors::{Block3, for_each};
 use glam::{DVec3, IVec3, Vec3};
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What particles bring to the nodes when the step begins, in `tiles`: see [`eights::found_with`]. Makes the
 /// classes; notes and marks where clay has arrived at walls. Returns what is near each block.
@@ -34,14 +35,17 @@ pub(super) fn found<'a>(
     make_room(state, tiles);
     let counts = list(state, classes);
     let lengths: Vec<usize> = state.runs.iter().map(|run| run.tagged.len()).collect();
-    let tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
+    let mut near: Vec<Option<Near<'a>>> = state.runs.iter().map(|_| None).collect();
+    let mut tasks: Vec<_> = work(&state.blocks, &mut state.hot, &mut state.cold, &mut state.runs)
         .into_iter()
         .zip(&mut tiles.untagged)
         .zip(split(&mut tiles.tagged, &lengths))
         .zip(split(classes, &counts))
+        .zip(&mut near)
         .collect();
-    let near = tasks.into_par_iter().with_min_len(4).map_init(Tile::zero, |scratch, (((w, untagged), tagged), classes)| {
-        let near = Near::of(w.block, (s.tools, ahead), s.domain, s.springs);
+    let load = |((((w, _), _), _), _): &((((Work<'_>, _), _), _), _)| w.hot.len();
+    for_each_in_shares(&mut tasks, load, Tile::zero, |scratch, ((((w, untagged), tagged), classes), near)| {
+        **near = Near::of(w.block, (s.tools, ahead), s.domain, s.springs);
         let (mut tagged, mut classes) = (tagged.iter_mut(), classes.iter_mut());
         s.at(w.block, Moment::End, |spot| {
             arrive(w.block, s.domain, spot, w.hot, w.cold, arrivals);
@@ -58,9 +62,8 @@ pub(super) fn found<'a>(
                 find_clearances(near.as_ref(), (hot, cold), class);
             }
         });
-        near
     });
-    near.collect()
+    near
 }
 
 /// Lists the classes with particles. Returns how many each block has.
@@ -184,13 +187,17 @@ impl Pass<'_, '_> {
     /// back.
     pub(super) fn slope(&self, state: &State, classes: &mut [Class], u: &[Rows], purpose: Purpose) -> bool {
         let evaluation = Evaluation { step: self.s.step, averaging: self.averaging, purpose };
-        let sound = classes.par_iter_mut().with_min_len(2).map_init(Scratch::default, |scratch, class| {
+        let is_sound = AtomicBool::new(true);
+        let load = |class: &Class| class.eights.len();
+        for_each_in_shares(classes, load, Scratch::default, |scratch, class| {
             let (first, count) = class.particles;
             let clay = (&state.hot[first..first + count], &state.cold[first..first + count]);
             scratch.about.fill(&self.layout.neighbours[class.slot], u);
-            slope(&evaluation, class, clay, self.near[class.index.0].as_ref(), scratch)
+            if !slope(&evaluation, class, clay, self.near[class.index.0].as_ref(), scratch) {
+                is_sound.store(false, Ordering::Relaxed);
+            }
         });
-        sound.reduce(|| true, |a, b| a & b)
+        is_sound.into_inner()
     }
 
     /// Adds up what the classes about a slot bring.
@@ -218,19 +225,20 @@ impl Pass<'_, '_> {
         let evaluation = Evaluation { step: s.step, averaging: self.averaging, purpose: Purpose::Judge };
         let lengths: Vec<usize> = classes.iter().map(|class| class.particles.1).collect();
         let clay = split(&mut state.hot, &lengths).into_iter().zip(split(&mut state.cold, &lengths));
-        let tasks: Vec<_> = classes.iter_mut().zip(clay).collect();
-        let ended = tasks.into_par_iter().with_min_len(2).map_init(Scratch::default, |scratch, (class, (hot, cold))| {
+        let mut ended: Vec<(u32, f32, Option<GridReport>)> = vec![Default::default(); classes.len()];
+        let mut tasks: Vec<_> = classes.iter_mut().zip(clay).zip(&mut ended).collect();
+        let load = |((class, _), _): &((&mut Class, _), _)| class.eights.len();
+        for_each_in_shares(&mut tasks, load, Scratch::default, |scratch, ((class, (hot, cold)), ended)| {
             let near = self.near[class.index.0].as_ref();
             let mut report = near.map(|_| GridReport::of_tools(s.tools.len()));
             scratch.about.fill(&self.layout.neighbours[class.slot], u);
             let clamped = s.at(class.block, Moment::End, |spot| {
-                end(&evaluation, class, spot, (&mut *hot, &mut *cold), near.zip(report.as_mut()), scratch)
+                end(&evaluation, class, spot, (&mut **hot, &mut **cold), near.zip(report.as_mut()), scratch)
             });
             settle(class.block, s.domain, hot, cold);
             let way = hot.iter().map(|hot| Vec3::from_array(hot.velocity).length()).fold(0.0, f32::max);
-            (clamped, way, report)
+            **ended = (clamped, way, report);
         });
-        let ended: Vec<(u32, f32, Option<GridReport>)> = ended.collect();
         let mut felt = GridReport::of_tools(s.tools.len());
         ended.iter().filter_map(|(.., report)| report.as_ref()).for_each(|report| felt.add(report));
         let way = ended.iter().map(|ended| ended.1).fold(0.0, f32::max);

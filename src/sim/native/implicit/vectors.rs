@@ -9,12 +9,21 @@ use rayon::prelude::*;
 #[repr(C, align(32))]
 pub(super) struct Block3(pub [[f32; 64]; 3]);
 
+/// One component of the nodes of a slot.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Block1(pub [f32; 64]);
+
 /// A vector: one block for each slot.
 pub(super) type Vector = Vec<Block3>;
 
-/// Slots from which on threads share the work, and what one of them takes at least.
-const PARALLEL_MIN: usize = 32;
-const SHARE_MIN: usize = 8;
+/// Slots that a thread takes at least, where threads share what is done at each: of fewer than four times as
+/// many they would wait for each other longer than they worked.
+const SHARE_MIN: usize = 16;
+
+impl Block1 {
+    pub(super) const ZERO: Self = Self([0.0; 64]);
+}
 
 impl Block3 {
     pub(super) const ZERO: Self = Self([[0.0; 64]; 3]);
@@ -50,11 +59,7 @@ in_lanes! {
 
 /// Calls `act` with each item and its index, on several threads where there are many.
 pub(super) fn for_each<T: Send>(items: &mut [T], act: impl Fn(usize, &mut T) + Sync + Send) {
-    if items.len() < PARALLEL_MIN {
-        items.iter_mut().enumerate().for_each(|(i, item)| act(i, item));
-    } else {
-        items.par_iter_mut().enumerate().with_min_len(SHARE_MIN).for_each(|(i, item)| act(i, item));
-    }
+    for_each_sharing(SHARE_MIN, items, act);
 }
 
 /// The same with the items of two slices, which are as many.
@@ -63,11 +68,30 @@ pub(super) fn for_each_pair<T: Send, U: Send>(
     others: &mut [U],
     act: impl Fn(usize, &mut T, &mut U) + Sync + Send,
 ) {
-    if items.len() < PARALLEL_MIN {
+    for_each_pair_sharing(SHARE_MIN, items, others, act);
+}
+
+/// As [`for_each`], of which a thread takes `share_min` items at least.
+pub(super) fn for_each_sharing<T: Send>(share_min: usize, items: &mut [T], act: impl Fn(usize, &mut T) + Sync + Send) {
+    if items.len() < 4 * share_min {
+        items.iter_mut().enumerate().for_each(|(i, item)| act(i, item));
+    } else {
+        items.par_iter_mut().enumerate().with_min_len(share_min).for_each(|(i, item)| act(i, item));
+    }
+}
+
+/// As [`for_each_pair`], of which a thread takes `share_min` items at least.
+pub(super) fn for_each_pair_sharing<T: Send, U: Send>(
+    share_min: usize,
+    items: &mut [T],
+    others: &mut [U],
+    act: impl Fn(usize, &mut T, &mut U) + Sync + Send,
+) {
+    if items.len() < 4 * share_min {
         items.iter_mut().zip(others).enumerate().for_each(|(i, (item, other))| act(i, item, other));
     } else {
         let both = items.par_iter_mut().zip(others).enumerate();
-        both.with_min_len(SHARE_MIN).for_each(|(i, (item, other))| act(i, item, other));
+        both.with_min_len(share_min).for_each(|(i, (item, other))| act(i, item, other));
     }
 }
 
@@ -77,7 +101,7 @@ pub(super) fn sum_each<T: Send, const N: usize>(
     act: impl Fn(usize, &mut T) -> [f64; N] + Sync + Send,
 ) -> [f64; N] {
     let add = |sum: [f64; N], more: &[f64; N]| std::array::from_fn(|i| sum[i] + more[i]);
-    if items.len() < PARALLEL_MIN {
+    if items.len() < 4 * SHARE_MIN {
         items.iter_mut().enumerate().fold([0.0; N], |sum, (i, item)| add(sum, &act(i, item)))
     } else {
         let each = items.par_iter_mut().enumerate().with_min_len(SHARE_MIN).map(|(i, item)| act(i, item));

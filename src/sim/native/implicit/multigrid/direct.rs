@@ -6,11 +6,11 @@
 use super::super::super::super::implicit::PIVOT_MIN;
 use super::super::super::super::params::BLOCK;
 use super::super::super::nodes::{local, offset};
-use super::super::vectors::Block3;
+use super::super::vectors::Block1;
 use super::level::Level;
 use glam::IVec3;
 
-/// The factors of the last level.
+/// The unknowns of the last level, and where the factors' entries are.
 #[derive(Debug, Default)]
 pub(super) struct Direct {
     /// Slot and node of each unknown.
@@ -20,18 +20,18 @@ pub(super) struct Direct {
     /// The first column of each row, and where it is stored.
     rows: Vec<(usize, usize)>,
     pairs: Vec<Pair>,
-    components: [Component; 3],
 }
 
+/// The factor of one component, and its solution.
 #[derive(Debug, Default)]
-struct Component {
-    factor: Vec<f64>,
+pub(super) struct Factor {
+    entries: Vec<f64>,
     x: Vec<f64>,
 }
 
 impl Direct {
-    /// Takes the operator of a level.
-    pub(super) fn set_up(&mut self, level: &Level, moduli: [[f64; 3]; 3]) {
+    /// Takes the operator of a level, and finds its factors.
+    pub(super) fn set_up(&mut self, factors: [&mut Factor; 3], level: &Level, moduli: [[f64; 3]; 3]) {
         self.number(level);
         self.find_pairs(level);
         let n = self.nodes.len();
@@ -44,21 +44,21 @@ impl Direct {
             start += i + 1 - row.0;
         }
         let (rows, nodes, pairs) = (&self.rows, &self.nodes, &self.pairs);
-        for (a, component) in self.components.iter_mut().enumerate() {
-            component.x.resize(n, 0.0);
-            component.factor.clear();
-            component.factor.resize(start, 0.0);
+        for (a, factor) in factors.into_iter().enumerate() {
+            factor.x.resize(n, 0.0);
+            factor.entries.clear();
+            factor.entries.resize(start, 0.0);
             let is_free = |i: usize| level.inverse[nodes[i].0 as usize].0[a][usize::from(nodes[i].1)] > 0.0;
             for pair in pairs.iter().filter(|pair| is_free(pair.row) && is_free(pair.column)) {
                 let (first, start) = rows[pair.row];
-                component.factor[start + pair.column - first] += pair.fill * element(moduli[a], pair.differs);
+                factor.entries[start + pair.column - first] += pair.fill * element(moduli[a], pair.differs);
             }
             for (i, (slot, node)) in nodes.iter().enumerate() {
                 let own = level.added[*slot as usize].0[a][usize::from(*node)];
                 let at = rows[i].1 + i - rows[i].0;
-                component.factor[at] = if is_free(i) { component.factor[at] + f64::from(own) } else { 1.0 };
+                factor.entries[at] = if is_free(i) { factor.entries[at] + f64::from(own) } else { 1.0 };
             }
-            component.factorise(rows);
+            factor.factorise(rows);
         }
     }
 
@@ -106,18 +106,15 @@ impl Direct {
         }
     }
 
-    /// The solution for `residual`, 0 where nothing is free.
-    pub(super) fn solve(&mut self, level: &Level, residual: &[Block3], solution: &mut [Block3]) {
-        solution.fill(Block3::ZERO);
-        for (a, component) in self.components.iter_mut().enumerate() {
-            for (x, (slot, node)) in component.x.iter_mut().zip(&self.nodes) {
-                let is_free = level.inverse[*slot as usize].0[a][usize::from(*node)] > 0.0;
-                *x = if is_free { residual[*slot as usize].0[a][usize::from(*node)].into() } else { 0.0 };
-            }
-            component.solve(&self.rows);
-            for (x, (slot, node)) in component.x.iter().zip(&self.nodes) {
-                solution[*slot as usize].0[a][usize::from(*node)] = *x as f32;
-            }
+    /// The solution for `residual`, which slots have at nodes; `solution` stays as it is where nothing is
+    /// free.
+    pub(super) fn solve(&self, factor: &mut Factor, residual: impl Fn(usize, usize) -> f32, solution: &mut [Block1]) {
+        for (x, (slot, node)) in factor.x.iter_mut().zip(&self.nodes) {
+            *x = residual(*slot as usize, usize::from(*node)).into();
+        }
+        factor.solve(&self.rows);
+        for (x, (slot, node)) in factor.x.iter().zip(&self.nodes) {
+            solution[*slot as usize].0[usize::from(*node)] = *x as f32;
         }
     }
 }
@@ -151,10 +148,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
-impl Component {
+impl Factor {
     fn factorise(&mut self, rows: &[(usize, usize)]) {
         for (i, (first, start)) in rows.iter().enumerate() {
-            let (before, row) = self.factor.split_at_mut(*start);
+            let (before, row) = self.entries.split_at_mut(*start);
             let diagonal = row[i - first];
             for k in *first..i {
                 let (other_first, other_start) = rows[k];
@@ -171,11 +168,11 @@ impl Component {
     /// Solves for what stands in x.
     fn solve(&mut self, rows: &[(usize, usize)]) {
         for (i, (first, start)) in rows.iter().enumerate() {
-            let row = &self.factor[*start..=start + i - first];
+            let row = &self.entries[*start..=start + i - first];
             self.x[i] = (self.x[i] - dot(&row[..i - first], &self.x[*first..i])) / row[i - first];
         }
         for (i, (first, start)) in rows.iter().enumerate().rev() {
-            let row = &self.factor[*start..=start + i - first];
+            let row = &self.entries[*start..=start + i - first];
             let x = self.x[i] / row[i - first];
             self.x[i] = x;
             self.x[*first..i].iter_mut().zip(row).for_each(|(value, entry)| *value -= entry * x);

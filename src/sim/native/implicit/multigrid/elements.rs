@@ -9,20 +9,10 @@ use super::super::super::nodes::local;
 use super::super::super::simd::has_fma;
 use super::super::super::simd::{F8, Lanes};
 use super::super::super::state::NEIGHBOURS;
-use super::super::vectors::Block3;
-use std::mem::MaybeUninit;
+use super::super::vectors::Block1;
 
-/// Nodes -1 ..= 4 about a block along an axis, and cells -1 ..= 3.
-const NODES: usize = 6;
+/// Cells -1 ..= 3 about a block along an axis; nodes are -1 ..= 4.
 const CELLS: usize = 5;
-
-/// A tile's numbers of one component: rows of 8 along z, and what a shifted row reads beyond the last.
-const TILE: usize = NODES * NODES * 8 + 8;
-
-/// The nodes about a block, z fastest and padded.
-#[derive(Clone, Copy)]
-#[repr(C, align(32))]
-struct Tile([[f32; TILE]; 3]);
 
 /// How full the cells -1 ..= 3 about a block are, z fastest and padded by 0.
 #[derive(Clone, Debug)]
@@ -89,124 +79,128 @@ impl Cells {
         })
     }
 
+    /// Whether any cell of plane `x` has some.
+    #[inline(always)]
+    fn has_some(&self, x: usize) -> bool {
+        self.some >> (x * CELLS) & ((1 << CELLS) - 1) != 0
+    }
+
     /// Whether there is no clay about.
     pub(super) fn is_empty(&self) -> bool {
         self.some == 0
     }
 }
 
-/// Adds to `product` that of the elements with the vector: of a slot from the blocks about it.
-pub(super) fn add_product(modes: &Modes, cells: &Cells, vector: &[Block3], neighbours: &[u32; 27], product: &mut Block3) {
+/// Adds to `product` that of the elements with component `a` of a vector: of a slot from the blocks about it.
+pub(super) fn add_product(
+    (modes, a): (&Modes, usize),
+    cells: &Cells,
+    field: &[Block1],
+    neighbours: &[u32; 27],
+    product: &mut [f32; 64],
+) {
     #[cfg(target_arch = "x86_64")]
     if modes.has_fma {
         // SAFETY: `has_fma` is set only after AVX2 and FMA were detected.
-        return unsafe { add_product_avx2(modes, cells, vector, neighbours, product) };
+        return unsafe { add_product_avx2(&modes.of[a], cells, field, neighbours, product) };
     }
-    add_product_with::<F8>(modes, cells, vector, neighbours, product);
+    add_product_with::<F8>(&modes.of[a], cells, field, neighbours, product);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn add_product_avx2(modes: &Modes, cells: &Cells, vector: &[Block3], neighbours: &[u32; 27], product: &mut Block3) {
-    add_product_with::<super::super::super::simd::Wide>(modes, cells, vector, neighbours, product);
+fn add_product_avx2(modes: &[f32; 8], cells: &Cells, field: &[Block1], neighbours: &[u32; 27], product: &mut [f32; 64]) {
+    add_product_with::<super::super::super::simd::Wide>(modes, cells, field, neighbours, product);
 }
 
 #[inline(always)]
-fn add_product_with<L: Lanes>(modes: &Modes, cells: &Cells, vector: &[Block3], neighbours: &[u32; 27], product: &mut Block3) {
-    let mut tile = MaybeUninit::uninit();
-    let tile = gather(vector, neighbours, &mut tile);
-    for a in 0..3 {
-        add_component::<L>(&modes.of[a], cells, &tile.0[a], &mut product.0[a]);
+fn add_product_with<L: Lanes>(
+    modes: &[f32; 8],
+    cells: &Cells,
+    field: &[Block1],
+    neighbours: &[u32; 27],
+    product: &mut [f32; 64],
+) {
+    static NOTHING: Block1 = Block1::ZERO;
+    let blocks = neighbours.map(|slot| if slot == 0 { &NOTHING } else { &field[slot as usize - 1] });
+    let zero = L::splat(0.0);
+    let modes = modes.map(L::splat);
+    // Of this plane and the next, by turns.
+    let (mut planes, mut got) = ([[[zero; 4]; CELLS]; 2], [[[zero; 4]; CELLS]; 2]);
+    let (mut some_before, mut some) = (false, cells.has_some(0));
+    if some {
+        set_plane(&mut planes[0], &blocks, 0);
     }
-}
-
-/// Brings the nodes about a slot to `tile`.
-#[inline(always)]
-fn gather<'a>(vector: &[Block3], neighbours: &[u32; 27], tile: &'a mut MaybeUninit<Tile>) -> &'a Tile {
-    static NOTHING: Block3 = Block3::ZERO;
-    let block = |x: usize, y: usize, z: usize| match neighbours[x + 3 * y + 9 * z] {
-        0 => &NOTHING,
-        slot => &vector[slot as usize - 1],
-    };
-    // Which block along an axis, and which of its nodes; the first is the last of the block before.
-    let place = |i: usize| {
-        let at = i + 3;
-        (at / 4, at % 4)
-    };
-    let numbers = tile.as_mut_ptr().cast::<f32>();
-    // SAFETY: `to` and the eight numbers after it are in a component's part of the tile: rows of eight end
-    // where the last eight begin.
-    let set = |a: usize, to: usize, row: [f32; 8]| unsafe { numbers.add(a * TILE + to).cast::<[f32; 8]>().write(row) };
-    for x in 0..NODES {
-        for y in 0..NODES {
-            let ((bx, i), (by, j)) = (place(x), place(y));
-            let (from, to) = ((i * 4 + j) * 4, (x * NODES + y) * 8);
-            let (low, own, high) = (block(bx, by, 0), block(bx, by, 1), block(bx, by, 2));
-            for a in 0..3 {
-                let [p, q, r, s] = [0, 1, 2, 3].map(|k| own.0[a][from + k]);
-                set(a, to, [low.0[a][from + 3], p, q, r, s, high.0[a][from], 0.0, 0.0]);
-            }
+    for x in 0..CELLS {
+        let some_next = x + 1 < CELLS && cells.has_some(x + 1);
+        let [even, odd] = &mut planes;
+        let (low, high) = if x % 2 == 0 { (even, odd) } else { (odd, even) };
+        if some || some_next {
+            set_plane(high, &blocks, x + 1);
         }
+        let [even, odd] = &mut got;
+        let (from_before, to_next) = if x % 2 == 0 { (even, odd) } else { (odd, even) };
+        add_cells(&modes, cells, x, (low, high), (from_before, to_next));
+        if x > 0 && (some_before || some) {
+            add_plane(from_before, product, (x - 1) * 16);
+        }
+        (some_before, some) = (some, some_next);
     }
-    (0..3).for_each(|a| set(a, TILE - 8, [0.0; 8]));
-    // SAFETY: all its numbers are set.
-    unsafe { tile.assume_init_ref() }
 }
 
 /// Sums and differences along y and z of a cell's corners in one plane of nodes: the difference along z is
 /// the last bit.
 type Corners<L> = [L; 4];
 
+/// A row of nodes of a block about, or of the block itself.
 #[inline(always)]
-fn row(values: &[f32; TILE], at: usize) -> &[f32; 8] {
-    // SAFETY: rows start at 0 ..= 288 - 8, a shifted one is one further, and the tile has 296 numbers.
-    unsafe { &*values.as_ptr().add(at).cast::<[f32; 8]>() }
+fn row(block: &Block1, first: usize) -> &[f32; 4] {
+    &block.0.as_chunks::<4>().0[first]
 }
 
-/// The cells' corners in plane `x` of the nodes.
+/// Sum and difference along z of a row of nodes, of those about a block.
 #[inline(always)]
-fn plane<L: Lanes>(tile: &[f32; TILE], x: usize) -> [Corners<L>; CELLS] {
-    let along_z = |y: usize| {
-        let at = (x * NODES + y) * 8;
-        let (low, high) = (L::load_row(row(tile, at)), L::load_row(row(tile, at + 1)));
-        [low.plus(high), low.minus(high)]
-    };
-    let mut low = along_z(0);
-    let mut corners = [[low[0]; 4]; CELLS];
+fn along_z<L: Lanes>(blocks: &[&Block1; 27], x: usize, y: usize) -> [L; 2] {
+    // Which block along an axis, and which of its nodes; the first is the last of the block before.
+    let (about, at) = ((x + 3) / 4 + 3 * ((y + 3) / 4), (x + 3) % 4 * 4 + (y + 3) % 4);
+    let [before, own, after] = [blocks[about], blocks[about + 9], blocks[about + 18]];
+    let [low, high] = L::load_between(row(before, at)[3], row(own, at), row(after, at)[0]);
+    [low.plus(high), low.minus(high)]
+}
+
+/// Finds the cells' corners in plane `x` of the nodes.
+#[inline(always)]
+fn set_plane<L: Lanes>(corners: &mut [Corners<L>; CELLS], blocks: &[&Block1; 27], x: usize) {
+    let mut low = along_z::<L>(blocks, x, 0);
     for y in 0..CELLS {
-        let high = along_z(y + 1);
+        let high = along_z::<L>(blocks, x, y + 1);
         corners[y] = [low[0].plus(high[0]), low[1].plus(high[1]), low[0].minus(high[0]), low[1].minus(high[1])];
         low = high;
     }
-    corners
 }
 
+/// What the cells between two planes of nodes bring to either.
 #[inline(always)]
-fn add_component<L: Lanes>(modes: &[f32; 8], cells: &Cells, tile: &[f32; TILE], product: &mut [f32; 64]) {
-    let zero = L::splat(0.0);
-    let modes = modes.map(L::splat);
-    let mut low = plane::<L>(tile, 0);
-    let mut from_before = [[zero; 4]; CELLS];
-    for x in 0..CELLS {
-        let high = plane::<L>(tile, x + 1);
-        let mut to_next = [[zero; 4]; CELLS];
-        for y in 0..CELLS {
-            let at = x * CELLS + y;
-            if cells.some >> at & 1 == 0 {
-                continue;
-            }
-            let fill = L::load_row(&cells.rows[at]);
-            for m in 0..4 {
-                let sum = low[y][m].plus(high[y][m]).times(modes[m]);
-                let difference = low[y][m].minus(high[y][m]).times(modes[4 + m]);
-                from_before[y][m] = sum.plus(difference).times_plus(fill, from_before[y][m]);
-                to_next[y][m] = sum.minus(difference).times(fill);
-            }
+fn add_cells<L: Lanes>(
+    modes: &[L; 8],
+    cells: &Cells,
+    x: usize,
+    (low, high): (&[Corners<L>; CELLS], &[Corners<L>; CELLS]),
+    (from_before, to_next): (&mut [Corners<L>; CELLS], &mut [Corners<L>; CELLS]),
+) {
+    for y in 0..CELLS {
+        let at = x * CELLS + y;
+        if cells.some >> at & 1 == 0 {
+            to_next[y] = [L::splat(0.0); 4];
+            continue;
         }
-        if x > 0 {
-            add_plane(&from_before, product, (x - 1) * 16);
+        let fill = L::load_row(&cells.rows[at]);
+        for m in 0..4 {
+            let sum = low[y][m].plus(high[y][m]).times(modes[m]);
+            let difference = low[y][m].minus(high[y][m]).times(modes[4 + m]);
+            from_before[y][m] = sum.plus(difference).times_plus(fill, from_before[y][m]);
+            to_next[y][m] = sum.minus(difference).times(fill);
         }
-        (low, from_before) = (high, to_next);
     }
 }
 
@@ -214,24 +208,20 @@ fn add_component<L: Lanes>(modes: &[f32; 8], cells: &Cells, tile: &[f32; TILE], 
 /// `first` on.
 #[inline(always)]
 fn add_plane<L: Lanes>(got: &[Corners<L>; CELLS], product: &mut [f32; 64], first: usize) {
-    for y in 0..4 {
+    let rows = &mut product.as_chunks_mut::<4>().0[first / 4..first / 4 + 4];
+    for (y, row) in rows.iter_mut().enumerate() {
+        // The node is the high corner of the cell before and the low one of that after, along z too.
         let (before, after) = (&got[y], &got[y + 1]);
-        // The node is the high corner of the cell before and the low one of that after.
-        let along_z = |z: usize| before[z].minus(before[2 + z]).plus(after[z].plus(after[2 + z]));
-        let (sum, difference) = (along_z(0), along_z(1));
-        let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
-        sum.plus(difference).store_row(&mut low);
-        sum.minus(difference).store_row(&mut high);
-        let to = &mut product[first + y * 4..first + y * 4 + 4];
-        for z in 0..4 {
-            to[z] += low[z + 1] + high[z];
-        }
+        let sum = before[0].minus(before[2]).plus(after[0].plus(after[2]));
+        let difference = before[1].minus(before[3]).plus(after[1].plus(after[3]));
+        sum.plus(difference).rotated_down().plus(sum.minus(difference)).add_low_to(row);
     }
 }
 
 #[cfg(all(test, feature = "reference"))]
 mod tests {
     use super::*;
+    use crate::sim::native::simd::Node;
     use crate::sim::oracle::implicit::multigrid::element;
     use glam::DVec3;
 
@@ -241,14 +231,16 @@ mod tests {
     fn product_with_a_cell_is_that_of_its_matrix() {
         let (mu, lambda, width) = (1.5, 4.0, 2.0);
         let value = |n: [usize; 3], a: usize| ((n[0] * 37 + n[1] * 17 + n[2] * 5 + a * 11) % 23) as f32 / 7.0 - 1.0;
-        let mut vector = vec![Block3::ZERO; 27];
-        for n in 0..12 * 12 * 12 {
-            let n = [n / 144, n / 12 % 12, n % 12];
-            let (b, l) = (n.map(|n| n / 4), n.map(|n| (n % 4) as i32));
-            for a in 0..3 {
-                vector[b[0] + 3 * b[1] + 9 * b[2]].0[a][local(l[0], l[1], l[2])] = value(n, a);
+        let field = |a: usize| {
+            let mut field = vec![Block1::ZERO; 27];
+            for n in 0..12 * 12 * 12 {
+                let n = [n / 144, n / 12 % 12, n % 12];
+                let (b, l) = (n.map(|n| n / 4), n.map(|n| (n % 4) as i32));
+                field[b[0] + 3 * b[1] + 9 * b[2]].0[local(l[0], l[1], l[2])] = value(n, a);
             }
-        }
+            field
+        };
+        let fields = [0, 1, 2].map(field);
         let neighbours = std::array::from_fn(|i| i as u32 + 1);
         for cell in 0..125 {
             let cell = [cell / 25, cell / 5 % 5, cell % 5];
@@ -270,12 +262,81 @@ mod tests {
             }
             let modes = Modes::new(mu as f32, lambda as f32, width);
             for modes in [modes, Modes { has_fma: false, ..modes }] {
-                let mut product = Block3::ZERO;
-                add_product(&modes, &cells, &vector, &neighbours, &mut product);
-                for (got, expected) in product.flat().iter().zip(expected.as_flattened()) {
-                    assert!((f64::from(*got) - expected).abs() < 1e-5, "cell {cell:?}: {got}, {expected}");
+                for (a, (field, expected)) in fields.iter().zip(&expected).enumerate() {
+                    let mut product = [0.0; 64];
+                    add_product((&modes, a), &cells, field, &neighbours, &mut product);
+                    for (got, expected) in product.iter().zip(expected) {
+                        assert!((f64::from(*got) - expected).abs() < 1e-5, "cell {cell:?}: {got}, {expected}");
+                    }
                 }
             }
+        }
+    }
+
+    /// Cells add up, whichever planes of them have some and whichever have none between.
+    #[test]
+    fn products_of_cells_add_up() {
+        let mut value = 0u32;
+        let field: Vec<Block1> = (0..27)
+            .map(|_| {
+                Block1(std::array::from_fn(|_| {
+                    value = (value * 37 + 11) % 101;
+                    value as f32 / 50.0 - 1.0
+                }))
+            })
+            .collect();
+        let neighbours = std::array::from_fn(|i| i as u32 + 1);
+        let modes = Modes::new(1.5, 4.0, 1.0);
+        let product = |planes: u32| {
+            let mut cells = Cells::EMPTY;
+            for row in (0..CELLS * CELLS).filter(|row| planes >> (row / CELLS) & 1 == 1 && row % 3 > 0) {
+                cells.rows[row][..CELLS].fill(0.25 + row as f32 / 50.0);
+                cells.some |= 1 << row;
+            }
+            let mut product = [0.0; 64];
+            add_product((&modes, 1), &cells, &field, &neighbours, &mut product);
+            product
+        };
+        let single: Vec<_> = (0..CELLS).map(|x| product(1 << x)).collect();
+        for planes in 0..1 << CELLS {
+            for (n, got) in product(planes).into_iter().enumerate() {
+                let sum: f32 = (0..CELLS).filter(|x| planes >> x & 1 == 1).map(|x| single[x][n]).sum();
+                assert!((got - sum).abs() < 1e-5, "planes {planes:b}, node {n}: {got}, {sum}");
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn rows<L: Lanes>(out: &mut [Node; 3]) {
+        let [before, first] = L::load_between(1.0, &[2.0, 3.0, 4.0, 5.0], 6.0);
+        before.store(&mut out[0]);
+        first.rotated_down().store(&mut out[1]);
+        out[2].0 = [10.0; 8];
+        first.add_low_to(out[2].0.first_chunk_mut().expect("four lanes"));
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn rows_avx2(out: &mut [Node; 3]) {
+        rows::<crate::sim::native::simd::Wide>(out);
+    }
+
+    /// Rows between their neighbours, moved down by a lane, and added to four numbers, in either form.
+    #[test]
+    fn rows_are_moved_and_added() {
+        let expected = [
+            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.0],
+            [3.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 2.0],
+            [12.0, 13.0, 14.0, 15.0, 10.0, 10.0, 10.0, 10.0],
+        ];
+        let mut out = [Node::default(); 3];
+        rows::<F8>(&mut out);
+        assert_eq!(out.map(|row| row.0), expected);
+        #[cfg(target_arch = "x86_64")]
+        if has_fma() {
+            // SAFETY: AVX2 and FMA were detected.
+            unsafe { rows_avx2(&mut out) };
+            assert_eq!(out.map(|row| row.0), expected);
         }
     }
 }

@@ -1,10 +1,9 @@
-//! One level of the preconditioner: its operators, and what a cycle does on it.
+//! One level of the preconditioner: its operators.
 
 use super::super::super::nodes::{local, offset};
-use super::super::super::simd::in_lanes;
 use super::super::layout::{Index, Layout, Link, Place};
 use super::super::vectors::{Block3, Vector, for_each, for_each_pair};
-use super::elements::{self, Cells, Modes};
+use super::elements::{Cells, Modes};
 use super::transfer::{self, Partial};
 use glam::IVec3;
 use std::collections::BTreeMap;
@@ -33,8 +32,8 @@ pub(super) struct Level {
     /// With the links from slot to slot alone.
     pub(super) layout: Layout,
     pub(super) fill: Vec<[f32; 64]>,
-    cells: Vec<Cells>,
-    modes: Modes,
+    pub(super) cells: Vec<Cells>,
+    pub(super) modes: Modes,
     /// The elements' diagonal, which the three components share.
     own: Vec<[f32; 64]>,
     /// A bit for each node with clay of the slot's own class in a cell about.
@@ -42,23 +41,20 @@ pub(super) struct Level {
     /// What the diagonal has beyond that.
     pub(super) added: Vector,
     /// Inertia and contact, of which that is made: their diagonal, and what is beside it.
-    pub(super) extra: Vector,
-    pub(super) cross: Vector,
+    extra: Vector,
+    cross: Vector,
     /// 1 where clay moves, -1 where a wall holds it, 0 elsewhere.
-    pub(super) live: Vector,
+    live: Vector,
     /// The smoother's weight over the diagonal.
     pub(super) inverse: Vector,
     /// Whether a slot has anything that is free, or that is tied.
     pub(super) is_used: Vec<bool>,
     /// Slot + 1 of the next level at the parent and its upper neighbours, z fastest; 0 if there is none.
-    parents: Vec<[u32; 8]>,
+    pub(super) parents: Vec<[u32; 8]>,
     /// Slot + 1 of the level before at the blocks -1 ..= 1 about the first child, z fastest.
-    children: Vec<[u32; 27]>,
-    /// What is to be solved for; the finest level's is the caller's.
-    pub(super) residual: Vector,
-    pub(super) z: Vector,
-    pub(super) left: Vector,
-    pub(super) partials: Vec<Partial>,
+    pub(super) children: Vec<[u32; 27]>,
+    /// What its slots give to coarse nodes of a vector, by component.
+    restricted: [Vec<Partial>; 3],
 }
 
 impl Level {
@@ -113,13 +109,7 @@ impl Level {
     /// hold. Ties nodes as that at the same place is tied, and what no clay of their class reaches to the
     /// untagged ones.
     pub(super) fn set_live(&mut self, fine: &mut Self, index: &Index) {
-        const ALL: Block3 = Block3([[1.0; 64]; 3]);
-        self.live.resize(self.layout.slots.len(), Block3::ZERO);
-        let (children, live) = (&self.children, &fine.live);
-        for_each(&mut fine.partials, |slot, partial| transfer::restrict(&live[slot], &ALL, partial));
-        for_each(&mut self.live, |slot, live| transfer::collect(&children[slot], &fine.partials, live));
-        // They stay so in slots that are not used.
-        fine.partials.fill(Partial::ZERO);
+        restrict(&fine.live, &mut fine.restricted, &self.children, &mut self.live);
         self.take_ties(fine);
         self.layout.fold(&mut self.live);
         self.tie_alone(index);
@@ -194,12 +184,8 @@ impl Level {
 
     /// Restricts inertia and contact.
     fn take_extra(&mut self, fine: &mut Self) {
-        const ALL: Block3 = Block3([[1.0; 64]; 3]);
-        let children = &self.children;
         for (own, of) in [(&mut self.extra, &fine.extra), (&mut self.cross, &fine.cross)] {
-            for_each(&mut fine.partials, |slot, partial| transfer::restrict(&of[slot], &ALL, partial));
-            own.resize(children.len(), Block3::ZERO);
-            for_each(own, |slot, own| transfer::collect(&children[slot], &fine.partials, own));
+            restrict(of, &mut fine.restricted, &self.children, own);
         }
         self.layout.fold(&mut self.extra);
         self.layout.fold_cross(&mut self.cross);
@@ -267,7 +253,7 @@ impl Level {
         });
     }
 
-    /// The smoother, by the splines' diagonal where that is more than the elements', and room for vectors.
+    /// The smoother, by the splines' diagonal where that is more than the elements'.
     fn set_inverse(&mut self, splines: Option<&[Block3]>, weight: f32) {
         let count = self.layout.slots.len();
         self.inverse.resize(count, Block3::ZERO);
@@ -285,14 +271,6 @@ impl Level {
         self.layout.links.iter().for_each(|tie| self.is_used[tie.from.0 as usize] = true);
         self.layout.links.iter().for_each(|tie| self.is_used[tie.to.0 as usize] = true);
         self.layout.mark_links();
-        self.residual.resize(count, Block3::ZERO);
-        // They stay so in slots that are not used.
-        for vector in [&mut self.left, &mut self.z] {
-            vector.clear();
-            vector.resize(count, Block3::ZERO);
-        }
-        self.partials.clear();
-        self.partials.resize(count, Partial::ZERO);
     }
 
     /// Unknowns that are free along some axis.
@@ -300,106 +278,18 @@ impl Level {
         let of = |inverse: &Block3| (0..64).filter(|n| (0..3).any(|a| inverse.0[a][*n] > 0.0)).count();
         self.inverse.iter().map(of).sum()
     }
-
-    /// On the way down: `z = w r / diagonal`, and what that leaves of `r` for the coarse nodes.
-    pub(super) fn go_down(&mut self, residual: &[Block3]) {
-        for_each(&mut self.z, |slot, z| {
-            if self.is_used[slot] {
-                set_product(z, &self.inverse[slot], &residual[slot]);
-            }
-        });
-        self.layout.expand(&mut self.z);
-        let (mut left, mut partials) = (std::mem::take(&mut self.left), std::mem::take(&mut self.partials));
-        for_each_pair(&mut left, &mut partials, |slot, left, partial| {
-            if self.is_used[slot] {
-                self.find_left(slot, residual, left);
-                transfer::restrict(left, &self.inverse[slot], partial);
-            }
-        });
-        self.layout.fold(&mut left);
-        for slot in self.tied_slots() {
-            transfer::restrict(&left[slot], &self.inverse[slot], &mut partials[slot]);
-        }
-        (self.left, self.partials) = (left, partials);
-    }
-
-    /// On the way up, with the next level's solution in z: smooths once more.
-    pub(super) fn go_up(&mut self, residual: &[Block3]) {
-        let mut next = std::mem::take(&mut self.left);
-        let smooth = |slot: usize, left: &mut Block3| add_to_product(left, &self.inverse[slot], &self.z[slot]);
-        for_each(&mut next, |slot, next| {
-            if self.is_used[slot] {
-                self.find_left(slot, residual, next);
-                if !self.layout.is_linked[slot] {
-                    smooth(slot, next);
-                }
-            }
-        });
-        self.layout.fold(&mut next);
-        self.tied_slots().for_each(|slot| smooth(slot, &mut next[slot]));
-        self.left = std::mem::replace(&mut self.z, next);
-    }
-
-    /// The slots whose sums are whole only when they are folded.
-    fn tied_slots(&self) -> impl Iterator<Item = usize> {
-        self.layout.is_linked.iter().enumerate().filter(|(_, is_linked)| **is_linked).map(|(slot, _)| slot)
-    }
-
-    /// `left = r - A z` of a slot before it is folded; where nothing is free it means nothing.
-    fn find_left(&self, slot: usize, residual: &[Block3], left: &mut Block3) {
-        *left = Block3::ZERO;
-        if !self.cells[slot].is_empty() {
-            elements::add_product(&self.modes, &self.cells[slot], &self.z, &self.layout.neighbours[slot], left);
-        }
-        leave(left, &residual[slot], &self.added[slot], &self.z[slot]);
-    }
-
-    /// Takes the level before's partial sums as what is to be solved for.
-    pub(super) fn collect(&mut self, partials: &[Partial]) {
-        for_each(&mut self.residual, |slot, sum| {
-            if self.is_used[slot] {
-                transfer::collect(&self.children[slot], partials, sum);
-            }
-        });
-        self.layout.fold(&mut self.residual);
-    }
-
-    /// Adds the next level's solution.
-    pub(super) fn correct(&mut self, coarse: &mut Self) {
-        coarse.layout.expand(&mut coarse.z);
-        for_each(&mut self.z, |slot, z| {
-            if self.is_used[slot] {
-                let block = self.layout.slots[slot].block;
-                transfer::interpolate(block, &self.parents[slot], &coarse.z, &self.inverse[slot], z);
-            }
-        });
-        self.layout.expand(&mut self.z);
-    }
 }
 
-in_lanes! {
-    fn set_product(product: &mut Block3, a: &Block3, b: &Block3) {
-        for ((product, a), b) in product.flat_mut().iter_mut().zip(a.flat()).zip(b.flat()) {
-            *product = a * b;
-        }
+/// Makes `coarse` what slots with these `children` get of `fine`, whether anything is free there or not.
+fn restrict(fine: &[Block3], restricted: &mut [Vec<Partial>; 3], children: &[[u32; 27]], coarse: &mut Vector) {
+    coarse.resize(children.len(), Block3::ZERO);
+    for (a, restricted) in restricted.iter_mut().enumerate() {
+        restricted.resize(fine.len(), Partial::ZERO);
+        for_each(restricted, |slot, partial| transfer::restrict(&fine[slot].0[a], &[1.0; 64], partial));
     }
-}
-
-in_lanes! {
-    /// `value = value a + b`.
-    fn add_to_product(value: &mut Block3, a: &Block3, b: &Block3) {
-        for ((value, a), b) in value.flat_mut().iter_mut().zip(a.flat()).zip(b.flat()) {
-            *value = b + a * *value;
+    for_each(coarse, |slot, coarse| {
+        for (a, restricted) in restricted.iter().enumerate() {
+            transfer::collect(&children[slot], restricted, &mut coarse.0[a]);
         }
-    }
-}
-
-in_lanes! {
-    /// Makes of the elements' product what is left of the residual.
-    fn leave(product: &mut Block3, residual: &Block3, added: &Block3, z: &Block3) {
-        let others = residual.flat().iter().zip(added.flat()).zip(z.flat());
-        for (left, ((residual, added), z)) in product.flat_mut().iter_mut().zip(others) {
-            *left = residual - *left - added * z;
-        }
-    }
+    });
 }
