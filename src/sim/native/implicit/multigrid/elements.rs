@@ -162,7 +162,7 @@ fn row(block: &Block1, first: usize) -> &[f32; 4] {
 #[inline(always)]
 fn along_z<L: Lanes>(blocks: &[&Block1; 27], x: usize, y: usize) -> [L; 2] {
     // Which block along an axis, and which of its nodes; the first is the last of the block before.
-    let (about, at) = ((x + 3) / 4 + 3 * ((y + 3) / 4), (x + 3) % 4 * 4 + (y + 3) % 4);
+    let (about, at) = (x.div_ceil(4) + 3 * y.div_ceil(4), (x + 3) % 4 * 4 + (y + 3) % 4);
     let [before, own, after] = [blocks[about], blocks[about + 9], blocks[about + 18]];
     let [low, high] = L::load_between(row(before, at)[3], row(own, at), row(after, at)[0]);
     [low.plus(high), low.minus(high)]
