@@ -64,39 +64,34 @@ impl Layout {
 
     /// Brings what linked nodes got to the nodes that move in their place, and leaves 0 there.
     pub(super) fn fold(&self, vector: &mut [Block3]) {
-        for Link { from, to, image } in &self.links {
-            for d in 0..3 {
-                let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
-                vector[to.0 as usize].0[d][usize::from(to.1)] += image[d] * got;
-            }
-        }
-    }
-
-    /// The same of component `d` alone.
-    pub(super) fn fold_component(&self, d: usize, field: &mut [Block1]) {
-        for Link { from, to, image } in &self.links {
-            let got = std::mem::take(&mut field[from.0 as usize].0[usize::from(from.1)]);
-            field[to.0 as usize].0[usize::from(to.1)] += image[d] * got;
-        }
+        self.fold_by(vector, |image, d| image[d]);
     }
 
     /// Adds what linked nodes have of a diagonal to that of the nodes that move in their place.
     pub(super) fn fold_diagonal(&self, vector: &mut [Block3]) {
-        for Link { from, to, image } in &self.links {
-            for d in 0..3 {
-                let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
-                vector[to.0 as usize].0[d][usize::from(to.1)] += image[d].abs() * got;
-            }
-        }
+        self.fold_by(vector, |image, d| image[d].abs());
     }
 
     /// The same of what is beside the diagonal: by components yz, zx and xy.
     pub(super) fn fold_cross(&self, vector: &mut [Block3]) {
+        self.fold_by(vector, |image, d| image[(d + 1) % 3] * image[(d + 2) % 3]);
+    }
+
+    /// Folds with so much of each component, by the link's image.
+    fn fold_by(&self, vector: &mut [Block3], share: impl Fn(&[f32; 3], usize) -> f32) {
         for Link { from, to, image } in &self.links {
             for d in 0..3 {
                 let got = std::mem::take(&mut vector[from.0 as usize].0[d][usize::from(from.1)]);
-                vector[to.0 as usize].0[d][usize::from(to.1)] += image[(d + 1) % 3] * image[(d + 2) % 3] * got;
+                vector[to.0 as usize].0[d][usize::from(to.1)] += share(image, d) * got;
             }
+        }
+    }
+
+    /// Folds component `d` of a vector, which stands alone.
+    pub(super) fn fold_component(&self, d: usize, field: &mut [Block1]) {
+        for Link { from, to, image } in &self.links {
+            let got = std::mem::take(&mut field[from.0 as usize].0[usize::from(from.1)]);
+            field[to.0 as usize].0[usize::from(to.1)] += image[d] * got;
         }
     }
 
@@ -109,7 +104,7 @@ impl Layout {
         }
     }
 
-    /// The same of component `d` alone.
+    /// Expands component `d` of a vector, which stands alone.
     pub(super) fn expand_component(&self, d: usize, field: &mut [Block1]) {
         for Link { from, to, image } in self.links.iter().rev() {
             field[from.0 as usize].0[usize::from(from.1)] = image[d] * field[to.0 as usize].0[usize::from(to.1)];

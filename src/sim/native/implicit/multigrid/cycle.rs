@@ -37,21 +37,22 @@ impl Fields {
 /// Leaves in `fields` of the finest level an approximation of what component `a` of `r` asks for, where
 /// something is free.
 pub(super) fn cycle_component(a: usize, levels: &[Level], fields: &mut [Fields], direct: (&Direct, &mut Factor), r: &[Block3]) {
-    let operators: Vec<Operator<'_>> = levels.iter().map(|level| Operator { level, a }).collect();
+    let operator = |(l, level)| Operator { level, a, given: (l == 0).then_some(r) };
+    let operators: Vec<Operator<'_>> = levels.iter().enumerate().map(operator).collect();
     let last = levels.len() - 1;
     for l in 0..last {
         let (fine, coarse) = fields.split_at_mut(l + 1);
         let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
-        operators[l].go_down(fine, (l == 0).then_some(r));
+        operators[l].go_down(fine);
         operators[l + 1].collect(coarse, &fine.partials);
     }
-    operators[last].solve(&mut fields[last], direct, (last == 0).then_some(r));
+    operators[last].solve(&mut fields[last], direct);
     for l in (0..last).rev() {
         let (fine, coarse) = fields.split_at_mut(l + 1);
         let (fine, coarse) = (&mut fine[l], &mut coarse[0]);
         operators[l + 1].level.layout.expand_component(a, &mut coarse.z);
         operators[l].correct(fine, &coarse.z);
-        operators[l].go_up(fine, (l == 0).then_some(r));
+        operators[l].go_up(fine);
     }
 }
 
@@ -59,38 +60,32 @@ pub(super) fn cycle_component(a: usize, levels: &[Level], fields: &mut [Fields],
 struct Operator<'a> {
     level: &'a Level,
     a: usize,
-}
-
-/// What is to be solved for: on the finest level a component of the caller's.
-struct Residual<'a> {
-    own: &'a [Block1],
-    given: Option<(&'a [Block3], usize)>,
-}
-
-impl<'a> Residual<'a> {
-    fn of(&self, slot: usize) -> &'a [f32; 64] {
-        self.given.map_or_else(|| &self.own[slot].0, |(r, a)| &r[slot].0[a])
-    }
+    /// What the finest level is solved for.
+    given: Option<&'a [Block3]>,
 }
 
 impl Operator<'_> {
+    /// What is to be solved for at a slot: a level's own, on the finest what is given.
+    fn residual<'b>(&'b self, own: &'b [Block1], slot: usize) -> &'b [f32; 64] {
+        self.given.map_or_else(|| &own[slot].0, |r| &r[slot].0[self.a])
+    }
+
     fn inverse(&self, slot: usize) -> &[f32; 64] {
         &self.level.inverse[slot].0[self.a]
     }
 
     /// On the way down: `z = w r / diagonal`, and what that leaves of `r` for the coarse nodes.
-    fn go_down(&self, fields: &mut Fields, r: Option<&[Block3]>) {
+    fn go_down(&self, fields: &mut Fields) {
         let Fields { residual, z, left, partials } = fields;
-        let residual = Residual { own: residual, given: r.map(|r| (r, self.a)) };
         for_each_sharing(COMPONENT_SHARE_MIN, z, |slot, z| {
             if self.level.is_used[slot] {
-                set_product(&mut z.0, self.inverse(slot), residual.of(slot));
+                set_product(&mut z.0, self.inverse(slot), self.residual(residual, slot));
             }
         });
         self.level.layout.expand_component(self.a, z);
         for_each_pair_sharing(COMPONENT_SHARE_MIN, left, partials, |slot, left, partial| {
             if self.level.is_used[slot] {
-                self.find_left(slot, z, residual.of(slot), &mut left.0);
+                self.find_left(slot, z, self.residual(residual, slot), &mut left.0);
                 transfer::restrict(&left.0, self.inverse(slot), partial);
             }
         });
@@ -111,11 +106,10 @@ impl Operator<'_> {
     }
 
     /// Solves the last level.
-    fn solve(&self, fields: &mut Fields, (direct, factor): (&Direct, &mut Factor), r: Option<&[Block3]>) {
+    fn solve(&self, fields: &mut Fields, (direct, factor): (&Direct, &mut Factor)) {
         let Fields { residual, z, .. } = fields;
-        let residual = Residual { own: residual, given: r.map(|r| (r, self.a)) };
         let is_free = |slot: usize, node: usize| self.inverse(slot)[node] > 0.0;
-        direct.solve(factor, |slot, node| if is_free(slot, node) { residual.of(slot)[node] } else { 0.0 }, z);
+        direct.solve(factor, |slot, node| if is_free(slot, node) { self.residual(residual, slot)[node] } else { 0.0 }, z);
     }
 
     /// Adds the next level's solution.
@@ -130,13 +124,12 @@ impl Operator<'_> {
     }
 
     /// On the way up, with the next level's solution in z: smooths once more.
-    fn go_up(&self, fields: &mut Fields, r: Option<&[Block3]>) {
+    fn go_up(&self, fields: &mut Fields) {
         let Fields { residual, z, left: next, .. } = fields;
-        let residual = Residual { own: residual, given: r.map(|r| (r, self.a)) };
         let smooth = |slot: usize, left: &mut Block1| add_to_product(&mut left.0, self.inverse(slot), &z[slot].0);
         for_each_sharing(COMPONENT_SHARE_MIN, next, |slot, next| {
             if self.level.is_used[slot] {
-                self.find_left(slot, z, residual.of(slot), &mut next.0);
+                self.find_left(slot, z, self.residual(residual, slot), &mut next.0);
                 if !self.level.layout.is_linked[slot] {
                     smooth(slot, next);
                 }
