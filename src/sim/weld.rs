@@ -11,6 +11,11 @@ pub(crate) const WELD_PARTS: f64 = 100.0;
 /// nobody presses. It counts from 1 once it was released.
 pub(crate) const LEFT_PRESSED: u8 = i8::MAX.unsigned_abs();
 
+/// Share [-] of the stress that welds from which on what a blade is at, or has left pressed, counts as
+/// pressed: what cutting left at 1.00 of it fell below in one frame, was over it again in the next, and
+/// joined two bodies.
+pub(crate) const LEFT_SHARE: f64 = 0.5;
+
 /// When the two sides of a cut grow together in a frame: [`Weld`](super::material::Weld) in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WeldRule {
@@ -36,6 +41,17 @@ impl WeldRule {
     /// Whether nothing grows together at a sheet: its blade is there.
     pub(crate) fn spares(plan: &FramePlan, sheet: u8) -> bool {
         plan.tools.iter().any(|path| path.divides() && path.sheet_id() == sheet)
+    }
+
+    /// Compressive stress \[Pa\] from which on the sides of the cut at this tag count as pressed on each other.
+    pub(crate) fn stress_at(self, plan: &FramePlan, tag: Tag) -> f64 {
+        if is_left_pressed(tag) || is_at_blade(plan, tag) { LEFT_SHARE * self.stress } else { self.stress }
+    }
+
+    /// The same of a particle with these tags and another body.
+    pub(crate) fn joint_stress_at(self, plan: &FramePlan, tags: &[Tag]) -> f64 {
+        let is_left = |tag: &Tag| tag.sheet == JOINT_SHEET && is_left_pressed(*tag) || is_at_blade(plan, *tag);
+        if tags.iter().any(is_left) { LEFT_SHARE * self.stress } else { self.stress }
     }
 
     /// Counts a frame in which the two sides were pressed on each other at this tag, or were not; returns
@@ -89,6 +105,11 @@ impl WeldRule {
     }
 }
 
+/// Whether the blade of the tag's cut is in the plan.
+fn is_at_blade(plan: &FramePlan, tag: Tag) -> bool {
+    tag.side != 0 && tag.sheet < JOINT_SHEET && WeldRule::spares(plan, tag.sheet)
+}
+
 /// Whether the sides were pressed when the tag's blade left, and have been since.
 pub(crate) fn is_left_pressed(tag: Tag) -> bool {
     tag.side.unsigned_abs() == LEFT_PRESSED
@@ -102,6 +123,7 @@ pub(crate) const MEETING_SHARE: f64 = 1e-3;
 mod tests {
     use super::super::material::{ClayMaterial, Weld};
     use super::super::planner::StepLimits;
+    use super::super::tool::{Contact, Pose, Tool, ToolPath, ToolShape};
     use super::*;
 
     fn tag(sheet: u8, side: i8) -> Tag {
@@ -165,6 +187,34 @@ mod tests {
             assert!(!rule.count_joint(&mut tags, false, spares) && tags == [tag(5, -1), Tag::default()]);
             tags[1] = joint;
             assert!(!rule.count_joint(&mut tags, true, spares) && tags == [tag(5, -127), Tag::default()]);
+        }
+    }
+
+    /// What cutting left pressed stays so down to half the stress that welds, as does what its blade is at.
+    #[test]
+    fn what_cutting_left_is_pressed_by_half_as_much() {
+        let rule = WeldRule { stress: 1.0, step: 60 };
+        let blade = Tool { shape: ToolShape::Blade { half_width: 0.01, half_height: 0.01 }, contact: Contact::Slip };
+        let path = ToolPath { sheet: 5, ..ToolPath::still(1, blade, Pose::default()) };
+        let plan = FramePlan::new(ClayMaterial::default(), 1e-3, 1);
+        let cutting = FramePlan { tools: vec![path], ..plan.clone() };
+        let left = LEFT_PRESSED.cast_signed();
+        for (plan, of, stress) in [
+            (&plan, tag(5, 1), 1.0),
+            (&plan, tag(5, -left), LEFT_SHARE),
+            (&cutting, tag(5, 1), LEFT_SHARE),
+            (&cutting, tag(6, 1), 1.0),
+        ] {
+            assert_eq!(rule.stress_at(plan, of), stress, "{of:?}");
+        }
+        for (plan, tags, stress) in [
+            (&plan, [tag(5, 1), tag(JOINT_SHEET, left)], LEFT_SHARE),
+            // A cut that was left pressed says nothing of another body.
+            (&plan, [tag(5, left), tag(JOINT_SHEET, 40)], 1.0),
+            (&cutting, [tag(5, 1), Tag::default()], LEFT_SHARE),
+            (&cutting, [tag(6, 1), tag(JOINT_SHEET, 61)], 1.0),
+        ] {
+            assert_eq!(rule.joint_stress_at(plan, &tags), stress, "{tags:?}");
         }
     }
 

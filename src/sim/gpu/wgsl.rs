@@ -13,7 +13,7 @@ use super::super::snapshot::ANCHORS_MAX;
 use super::super::tool::{
     BAND, CONTACT_OFFSET, CUT_FRICTION, Contact, EDGE_RAMP, EDGE_REACH, SET_BACK, TRACTION_REACH_MIN, ToolShape,
 };
-use super::super::weld::{LEFT_PRESSED, MEETING_SHARE, WELD_PARTS};
+use super::super::weld::{LEFT_PRESSED, LEFT_SHARE, MEETING_SHARE, WELD_PARTS};
 use super::layout::{
     AHEAD_PLACES, FIELDS, PROFILE_PAIRS, PROFILES_MAX, RECORD, SURFACE_PARTICLE, Status, TOOLS_MAX, ToolCount, Total, Twin, flag,
 };
@@ -103,6 +103,7 @@ fn constants(classes: u32) -> String {
         ("EDGE_REACH", EDGE_REACH),
         ("EJECTION_SPEED", EJECTION_SPEED),
         ("FOUND_DEPTH", FOUND_DEPTH),
+        ("LEFT_SHARE", LEFT_SHARE),
         ("MEETING_SHARE", MEETING_SHARE),
         ("CARRY_SHARE", CARRY_SHARE),
         ("CARRY_COSINE", CARRY_COSINE),

@@ -62,7 +62,7 @@ impl Pressing<'_> {
         let mut welded = 0;
         for tag in cold.tags.iter_mut().filter(|tag| tag.side != 0 && tag.sheet == sheet) {
             let Some(normal) = masses.about(hot).normal() else { continue };
-            let is_pressed = self.is_pressed(hot, normal);
+            let is_pressed = self.is_pressed(hot, normal, self.rule.stress_at(self.plan, *tag));
             if WeldRule::spares(self.plan, sheet) {
                 WeldRule::mark(tag, is_pressed);
             } else {
@@ -79,12 +79,13 @@ impl Pressing<'_> {
         if normal.is_none() && !is_counting {
             return 0;
         }
-        let is_pressed = normal.is_some_and(|normal| self.is_pressed(hot, normal));
+        let is_pressed =
+            normal.is_some_and(|normal| self.is_pressed(hot, normal, self.rule.joint_stress_at(self.plan, &cold.tags)));
         u64::from(self.rule.count_joint(&mut cold.tags, is_pressed, |sheet| WeldRule::spares(self.plan, sheet)))
     }
 
-    fn is_pressed(&self, hot: &Hot, normal: DVec3) -> bool {
-        normal.dot(cauchy_stress(self.step, hot) * normal) * self.step.stress_unit < -self.rule.stress
+    fn is_pressed(&self, hot: &Hot, normal: DVec3, stress: f64) -> bool {
+        normal.dot(cauchy_stress(self.step, hot) * normal) * self.step.stress_unit < -stress
     }
 }
 

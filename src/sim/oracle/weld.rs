@@ -15,7 +15,8 @@
 //! t_w are 0.5 and 0.3 s, sticky 0.05 and 0.05 s.
 //!
 //! Of a sheet whose blade is in the plan, a tag pressed is `LEFT_PRESSED = 127`, else 1. With the blade gone
-//! 127 stays while pressed, and is 1 when not: what cutting leaves clay under is no press.
+//! 127 stays while pressed, and is 1 when not: what cutting leaves clay under is no press. For both, half of
+//! c k is pressed.
 //!
 //! Where there is clay of other bodies at the particle's nodes, its own body's is taken for the front and
 //! theirs for the back. There a tag of [`JOINT_SHEET`] counts as above, given to particles that are pressed
@@ -39,10 +40,10 @@ pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &Fram
     let Some(rule) = WeldRule::of(plan, start) else { return };
     for particle in particles {
         let body = particle.key().body();
-        let is_pressed = |particle: &Particle, normal: DVec3| {
+        let is_pressed = |particle: &Particle, normal: DVec3, least: f64| {
             let ratio = law::volume_ratio(particle.elastic_strain);
             let stress = law::kirchhoff_stress(&plan.material, particle.elastic_strain) * (1.0 / ratio);
-            normal.dot(stress * normal) < -rule.stress
+            normal.dot(stress * normal) < -least
         };
         for i in 0..2 {
             let tag = particle.tags[i];
@@ -51,7 +52,7 @@ pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &Fram
             }
             let on = |side: i8| move |node: &Node| node.classes.mass_of_side(body, tag.sheet, side);
             let Some(normal) = normal(particle, grid, [&on(1), &on(-1)]) else { continue };
-            let is_pressed = is_pressed(particle, normal);
+            let is_pressed = is_pressed(particle, normal, rule.stress_at(plan, tag));
             if WeldRule::spares(plan, tag.sheet) {
                 WeldRule::mark(&mut particle.tags[i], is_pressed);
             } else {
@@ -60,7 +61,8 @@ pub(super) fn grow_together(particles: &mut [Particle], grid: &Grid, plan: &Fram
         }
         let own = |node: &Node| node.classes.mass_of(body);
         let others = |node: &Node| node.classes.mass_beside(body);
-        let is_pressed = normal(particle, grid, [&own, &others]).is_some_and(|normal| is_pressed(particle, normal));
+        let is_pressed = normal(particle, grid, [&own, &others])
+            .is_some_and(|normal| is_pressed(particle, normal, rule.joint_stress_at(plan, &particle.tags)));
         let spares = |sheet| WeldRule::spares(plan, sheet);
         frame.joined += u64::from(rule.count_joint(&mut particle.tags, is_pressed, spares));
     }

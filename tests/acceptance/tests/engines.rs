@@ -121,12 +121,12 @@ fn parted_clay_agrees() {
 #[test]
 fn welding_agrees() {
     let welded = agreement::welding().iter().map(|a| Oracle::new(&a.case.snapshot).run(&a.case.plan).welded).collect::<Vec<_>>();
-    assert!(welded[0] > 1000 && welded[1] == 0 && welded[2] > 1000, "{welded:?}");
+    assert!(welded[0] > 1000 && welded[1] == 0 && welded[2] > 1000 && welded[3] == 0, "{welded:?}");
     assert_all(agreement::welding());
 }
 
-/// What is pressed when its blade leaves stays marked until it is released, and is marked while the blade is
-/// there, at its cut where that parts bodies: nothing of it grows together.
+/// What is pressed when its blade leaves stays marked until it is released, below half of what welds, and is
+/// marked while the blade is there, at its cut where that parts bodies: nothing of it grows together.
 #[test]
 fn left_pressed_agrees() {
     let cases = agreement::left_pressed();
@@ -138,9 +138,10 @@ fn left_pressed_agrees() {
         let of = |count| tags.iter().filter(|tag| tag.side.unsigned_abs() == count).count();
         [of(127), of(1)]
     };
-    let [on, released, beside, between] = [0, 1, 2, 3].map(|i| counts(&cases[i]));
+    let [on, released, beside, between, almost] = [0, 1, 2, 3, 4].map(|i| counts(&cases[i]));
     assert!(on[0] > 2000 && released[0] == 0 && released[1] > 2000, "{on:?} {released:?}");
     assert!(beside[0] > 1000 && between[0] > 1000, "{beside:?} {between:?}");
+    assert!(almost[0] > 1000, "{almost:?}");
     assert_all(cases);
 }
 

@@ -16,10 +16,26 @@ fn meets_others(base: vec3i, body: u32) -> bool {
     return false;
 }
 
+// Whether a blade left the tag pressed.
+fn is_left(tag: u32) -> bool {
+    let side = tag >> 8u;
+    return side == LEFT_PRESSED || side == 256u - LEFT_PRESSED;
+}
+
+// Whether the blade of the tag's cut is there.
+fn is_at_blade(tag: u32) -> bool {
+    return (tag >> 8u) != 0u && (tag & 255u) < JOINT_SHEET && is_spared(tag & 255u);
+}
+
+// See `WeldRule::joint_stress_at`.
+fn has_left_joint(tag: u32) -> bool {
+    return ((tag & 255u) == JOINT_SHEET && is_left(tag)) || is_at_blade(tag);
+}
+
 // Whether the clay presses across the normal there; none where the two sides do not meet.
-fn is_pressed(tau: Sym, ratio: f32, n: vec3f) -> bool {
+fn is_pressed(tau: Sym, ratio: f32, n: vec3f, share: f32) -> bool {
     let traction = vec3f(dot(vec3f(tau.d.x, tau.o.x, tau.o.y), n), dot(vec3f(tau.o.x, tau.d.y, tau.o.z), n), dot(vec3f(tau.o.y, tau.o.z, tau.d.z), n));
-    return any(n != vec3f(0.0)) && dot(n, traction) < -params.weld_stress * ratio;
+    return any(n != vec3f(0.0)) && dot(n, traction) < -share * params.weld_stress * ratio;
 }
 
 // The tag with this count, the magnitude of its side, a signed byte.
@@ -90,13 +106,14 @@ fn weld(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         if (tag >> 8u) == 0u || sheet == JOINT_SHEET { continue; }
         let n = normal_of(sides_about(s, body, sheet));
         if all(n == vec3f(0.0)) { continue; }
-        let pressed = is_pressed(tau, ratio, n);
+        let pressed = is_pressed(tau, ratio, n, select(1.0, LEFT_SHARE, is_left(tag) || is_at_blade(tag)));
         var now: u32;
         if is_spared(sheet) { now = marked(tag, pressed); } else { now = counted(tag, pressed); }
         tags = (tags & ~(0xffffu << shift)) | (now << shift);
     }
     var n = vec3f(0.0);
     if meets { n = normal_of(sides_about(s, body, OTHERS)); }
-    tags = with_joint(tags, is_pressed(tau, ratio, n));
+    let is_left_joint = has_left_joint(tags & 0xffffu) || has_left_joint(tags >> 16u);
+    tags = with_joint(tags, is_pressed(tau, ratio, n, select(1.0, LEFT_SHARE, is_left_joint)));
     state[at(VELOCITY, i)].w = bitcast<f32>(tags);
 }
