@@ -182,6 +182,9 @@ validate() {
     for suite in $suites; do
         cat "$out/$suite"
     done
+    # Once more where the last lines are all that is read.
+    # shellcheck disable=SC2086 # names without spaces
+    [ "$status" -eq 0 ] || (cd "$out" && grep -HE 'FAIL: |panicked|^error' $suites >&2) || true
     return "$status"
 }
 
