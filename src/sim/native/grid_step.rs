@@ -94,12 +94,15 @@ pub(super) struct GridReport {
     pub impulse_scale: f64,
     /// For each tool: impulse and angular impulse (about the tool's origin) of the clay on it, and contacts.
     pub tools: Vec<(DVec3, DVec3, u64)>,
+    /// For each tool, in implicit steps: the work of what it gives clay, on the way that this would have gone
+    /// as it came.
+    pub given: Vec<f64>,
 }
 
 impl GridReport {
     /// A report of this many tools.
     pub(super) fn of_tools(count: usize) -> Self {
-        Self { tools: vec![Default::default(); count], ..Self::default() }
+        Self { tools: vec![Default::default(); count], given: vec![0.0; count], ..Self::default() }
     }
 
     /// Gives tool `index` an impulse at `world` \[cells\].
@@ -122,5 +125,6 @@ impl GridReport {
         for (sum, t) in self.tools.iter_mut().zip(&other.tools) {
             *sum = (sum.0 + t.0, sum.1 + t.1, sum.2 + t.2);
         }
+        self.given.iter_mut().zip(&other.given).for_each(|(sum, given)| *sum += given);
     }
 }

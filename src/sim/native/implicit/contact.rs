@@ -102,11 +102,13 @@ impl<'a> Near<'a> {
         };
         let sum = self.at(mass / 8.0, (cold, hot.hardening), [start, start + moved], asked);
         if let Some((kept, report)) = end {
+            let came = DVec3::from_array(hot.velocity.map(f64::from));
             kept.anchors = sum.anchors;
             kept.walls = kept.walls & !separating(&self.walls) | sum.walls;
             for (index, tool, force) in &sum.tools {
                 report.give(*index, tool, start + moved, -*force);
                 report.tools[*index].2 += 1;
+                report.given[*index] += force.dot(came);
             }
             if sum.on_walls != DVec3::ZERO {
                 report.push_by_wall(sum.on_walls);

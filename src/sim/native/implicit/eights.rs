@@ -21,7 +21,7 @@ pub(super) struct Eight {
     pub(super) mass: F8,
     /// Greatest |dev H| at rest.
     pub(super) yield_norm: F8,
-    /// How much of its volume ratio is its cell's [-].
+    /// How much of its volume ratio is its cell's [-]: within the step by the first guess.
     pub(super) share: F8,
     /// By how much a particle can move before it touches a tool or a separating wall \[cells\].
     pub(super) clear: F8,

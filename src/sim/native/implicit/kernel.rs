@@ -193,7 +193,7 @@ fn share(cells: &[Cell], eights: &[Eight], sharing: &mut [Sharing], part: f64) {
     }
 }
 
-/// How volumes are shared, of what the first guess has the particles flow.
+/// How volumes are shared, of what the particles flow.
 fn find_shares(averaging: f32, hot: &[Hot], (eights, shared): (&mut [Eight], &mut Vec<Cell>), sharing: &[Sharing]) {
     for (eight, sharing) in eights.iter_mut().zip(sharing) {
         for k in 0..8 {
@@ -358,13 +358,13 @@ pub(super) fn end_with<L: Pairs>(
     mut near: Option<(&Near<'_>, &mut GridReport)>,
     Scratch { about: u, sharing, .. }: &mut Scratch,
 ) -> u32 {
-    let shares = *averaging > 0.0 && !class.shared.is_empty();
     let way_max = if near.is_some() { u.length_max() } else { 0.0 };
     sharing.clear();
-    if shares {
+    if *averaging > 0.0 {
         for eight in &class.eights {
             sharing.push(bend::<L>(step, eight, &eight.stencils().gather::<L>(u)).1);
         }
+        find_shares(*averaging, hot, (&mut class.eights, &mut class.shared), sharing);
         share(&class.shared, &class.eights, sharing, 1.0);
     }
     if let Some(contact) = &mut class.contact {
@@ -396,7 +396,7 @@ pub(super) fn end_with<L: Pairs>(
         } else {
             cold.iter_mut().for_each(|cold| cold.anchors = Default::default());
         }
-        let change = if shares { sharing[i].change } else { F8::ZERO };
+        let change = sharing.get(i).map_or(F8::ZERO, |sharing| sharing.change);
         store(step, place, (hot, cold), &update, &change, &got);
     }
     clamped

@@ -33,7 +33,7 @@ mod vectors;
 
 use super::super::ahead::ClayAhead;
 use super::super::health::Health;
-use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, Working, is_about};
+use super::super::implicit::{CONTACT_SHARE, DRAGGING_MASS, Work, Working, is_about};
 use super::super::params::BLOCK;
 use super::grid::{Grid, Tiles};
 use super::grid_step::{GridReport, GridStep};
@@ -284,7 +284,11 @@ impl System<'_> {
     /// the tool that is nearest. Returns the impulse that clay did not get of the tools.
     fn balance_work(&self, felt: &mut GridReport) -> DVec3 {
         let tools = self.pass.s.tools;
-        let mut left = vec![0.0; tools.len()];
+        if felt.tools.iter().all(|tool| tool.2 == 0) {
+            return DVec3::ZERO;
+        }
+        let came = self.nodes.guess(self.gravity);
+        let mut works: Vec<Work> = felt.given.iter().map(|given| Work { given: *given, ..Work::default() }).collect();
         for (slot, (residual, u)) in self.accepted.residual.iter().zip(&self.u).enumerate() {
             let centre = (self.pass.layout.slots[slot].block * BLOCK).as_dvec3() + 0.5 * f64::from(BLOCK);
             let near = tools.iter().enumerate().filter(|(index, _)| felt.tools[*index].2 > 0).filter_map(|(index, tool)| {
@@ -292,13 +296,15 @@ impl System<'_> {
                 is_about(distance, tool.shape.bounding_radius()).then_some((distance, index))
             });
             if let Some((_, index)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                left[index] += dot_of(residual, u);
+                let work = &mut works[index];
+                work.left += dot_of(residual, u);
+                work.left_as_it_came += dot_of(residual, &came[slot]);
             }
         }
         let mut all = DVec3::ZERO;
-        for ((tool, felt), left) in tools.iter().zip(&mut felt.tools).zip(left) {
+        for ((tool, felt), work) in tools.iter().zip(&mut felt.tools).zip(works) {
             let working = Working { motion: &tool.motion, impulse: felt.0, angular_impulse: felt.1 };
-            let [impulse, angular_impulse] = working.owed(left, 1.0);
+            let [impulse, angular_impulse] = working.owed(work, 1.0);
             (felt.0, felt.1) = (felt.0 + impulse, felt.1 + angular_impulse);
             all += impulse;
         }

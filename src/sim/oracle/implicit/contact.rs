@@ -18,6 +18,7 @@
 
 use super::super::super::cut::ClassKey;
 use super::super::super::frame::FrameReport;
+use super::super::super::implicit::Work;
 use super::super::super::params::Wall;
 use super::super::super::penalty::{FOUND_DEPTH, Springs, Surface, reach};
 use super::super::super::snapshot::ANCHORS_MAX;
@@ -76,6 +77,11 @@ pub(super) fn cling(particle: &mut Particle, before: ClassKey, around: &Surround
 }
 
 impl Press {
+    /// Books the work \[J\] of each tool on a way \[m\] of the particle.
+    pub(super) fn book_work(&self, way: DVec3, works: &mut [Work]) {
+        self.tools.iter().for_each(|(index, force)| works[*index].given += force.dot(way));
+    }
+
     fn by_tools(&mut self, particle: &Particle, [start, at]: [DVec3; 2], springs: &Springs, around: &Surroundings) {
         let cell_width = around.domain.cell_width;
         let reach = reach(particle.rest_volume / cell_width.powi(3)) * cell_width;

@@ -13,7 +13,7 @@
 
 use super::super::super::frame::{FrameReport, ToolReport};
 use super::super::super::implicit::{
-    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, SHARED_WITHIN, Working, is_about,
+    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, SHARED_WITHIN, Work, Working, is_about,
 };
 use super::super::grid::Grid;
 use super::super::law;
@@ -39,7 +39,7 @@ struct Station {
     touches: Vec<(usize, f64, DVec3)>,
     /// Yield stress for the step \[Pa\].
     yield_stress: f64,
-    /// How much of its volume ratio is its cell's [-].
+    /// How much of its volume ratio is its cell's within the step [-].
     share: f64,
 }
 
@@ -114,14 +114,16 @@ impl<'a> System<'a> {
 
     /// Shares volumes within the step by the flow that the displacements `u` \[m\] would make.
     pub(super) fn share_volumes(&mut self, u: &[DVec3]) {
-        let plan = self.around.plan;
-        if !plan.averages() {
-            return;
-        }
         for i in 0..self.particles.len() {
             let flow = self.motion(&self.stations[i], u).cayley.map(|cayley| self.law(i, cayley).plastic_strain);
-            self.stations[i].share = flow.map_or(0.0, |flow| -(-flow / plan.volume_averaging).exp_m1());
+            self.stations[i].share = self.share_of(flow.unwrap_or(0.0));
         }
+    }
+
+    /// How much of a particle's volume ratio is its cell's [-] where it flows by so much.
+    fn share_of(&self, flow: f64) -> f64 {
+        let plan = self.around.plan;
+        if plan.averages() { -(-flow / plan.volume_averaging).exp_m1() } else { 0.0 }
     }
 
     /// What the law makes of a particle.
@@ -131,14 +133,14 @@ impl<'a> System<'a> {
         law::advance(&plan.material, self.stations[i].yield_stress, plan.dt, particle.elastic_strain, increment)
     }
 
-    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\]: `part` of the
-    /// sharing.
-    fn shared(&self, updates: &[law::Advanced], part: f64) -> Vec<(f64, f64)> {
+    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\], where so much of it
+    /// is the cell's.
+    fn shared(&self, updates: &[law::Advanced], shares: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let material = &self.around.plan.material;
         let bulk = material.lame_lambda() + 2.0 / 3.0 * material.lame_mu();
         let mut shared = vec![(0.0, 0.0); updates.len()];
         for members in &self.cells {
-            let weight = |&i: &usize| part * self.stations[i].share * self.particles[i].rest_volume;
+            let weight = |&i: &usize| shares(i) * self.particles[i].rest_volume;
             let sum: f64 = members.iter().map(weight).sum();
             let log = |i: usize| law::log_volume_ratio(updates[i].elastic_strain);
             if sum == 0.0 {
@@ -146,11 +148,11 @@ impl<'a> System<'a> {
             }
             let mean = members.iter().map(|i| weight(i) * log(*i)).sum::<f64>() / sum;
             for &i in members {
-                shared[i].0 = part * self.stations[i].share * (mean - log(i));
+                shared[i].0 = shares(i) * (mean - log(i));
             }
             let mean = members.iter().map(|&i| weight(&i) * (log(i) + shared[i].0)).sum::<f64>() / sum;
             for &i in members {
-                let share = part * self.stations[i].share;
+                let share = shares(i);
                 shared[i].1 = bulk * ((1.0 - share) * (log(i) + shared[i].0) + share * mean - log(i));
             }
         }
@@ -201,7 +203,7 @@ impl<'a> System<'a> {
         let is_sound = motions.iter().all(|motion| motion.cayley.is_some());
         let cayley = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY);
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
-        let shared = self.shared(&updates, SHARED_WITHIN);
+        let shared = self.shared(&updates, |i| SHARED_WITHIN * self.stations[i].share);
         for (i, (particle, station)) in self.particles.iter().zip(&self.stations).enumerate() {
             let motion = &motions[i];
             let stress = updates[i].stress + DMat3::IDENTITY * shared[i].1;
@@ -224,7 +226,7 @@ impl<'a> System<'a> {
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
         let cayley = |motion: &Motion| motion.cayley.expect("no cell is turned inside out");
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, cayley(motion))).collect();
-        let shared = self.shared(&updates, SHARED_WITHIN);
+        let shared = self.shared(&updates, |i| SHARED_WITHIN * self.stations[i].share);
         motions.iter().zip(updates).zip(shared).map(|((motion, update), shared)| (update, shared.0, motion.moved)).collect()
     }
 
@@ -310,41 +312,45 @@ impl<'a> System<'a> {
         let motions: Vec<Motion> = self.stations.iter().map(|station| self.motion(station, u)).collect();
         let increment = |motion: &Motion| motion.cayley.unwrap_or(DMat3::IDENTITY + motion.gradient);
         let updates: Vec<law::Advanced> = motions.iter().enumerate().map(|(i, motion)| self.law(i, increment(motion))).collect();
-        let shared = self.shared(&updates, 1.0);
+        let shared = self.shared(&updates, |i| self.share_of(updates[i].plastic_strain));
         let before = frame.tools.clone();
+        let mut works = vec![Work::default(); before.len()];
         for (i, particle) in moved.iter_mut().enumerate() {
             let press = contact::press(particle, motions[i].moved, self.around);
+            press.book_work(particle.velocity * self.around.plan.dt, &mut works);
             self.advance(particle, &motions[i], &updates[i], frame);
             particle.elastic_strain = law::dilated(particle.elastic_strain, shared[i].0);
             press.settle(particle, self.around);
             press.book(self.around.domain.to_world(particle.position), self.around, frame);
         }
-        self.balance_work(u, slope, &before, frame);
+        self.balance_work(u, slope, (&before, works), frame);
         self.book(u, slope, frame);
         moved
     }
 
     /// Gives each tool what it is owed for the work of what is left out of balance about it: blocks of nodes
-    /// belong to the tool that is nearest. `before` is what the tools had felt before the step.
-    fn balance_work(&self, u: &[DVec3], slope: &Slope, before: &[ToolReport], frame: &mut FrameReport) {
+    /// belong to the tool that is nearest. `before` is what the tools had felt before the step, `works` what
+    /// they have given.
+    fn balance_work(&self, u: &[DVec3], slope: &Slope, (before, mut works): (&[ToolReport], Vec<Work>), frame: &mut FrameReport) {
         let (domain, tools) = (self.around.domain, &self.around.tools);
         let is_touched = |index: usize| frame.tools[index].contacts > before[index].contacts;
-        let mut left = vec![0.0; tools.len()];
-        for (unknown, (residual, u)) in self.unknowns.all.iter().zip(slope.residual.iter().zip(u)) {
+        let came = self.guess();
+        for (i, (unknown, u)) in self.unknowns.all.iter().zip(u).enumerate() {
             let centre = domain.to_world((unknown.node.div_euclid(BLOCK) * BLOCK).as_dvec3() + 0.5 * BLOCK.as_dvec3());
             let near = tools.iter().enumerate().filter(|(index, _)| is_touched(*index)).filter_map(|(index, tool)| {
                 let distance = tool.distance(centre, Moment::End) / domain.cell_width;
                 is_about(distance, tool.path.tool.shape.bounding_radius() / domain.cell_width).then_some((distance, index))
             });
             if let Some((_, index)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                left[index] += residual.dot(*u);
+                works[index].left += slope.residual[i].dot(*u);
+                works[index].left_as_it_came += slope.residual[i].dot(came[i]);
             }
         }
         for (index, (tool, felt)) in tools.iter().zip(&mut frame.tools).enumerate() {
             let impulse = felt.impulse - before[index].impulse;
             let angular_impulse = felt.angular_impulse - before[index].angular_impulse;
             let working = Working { motion: &tool.motion, impulse, angular_impulse };
-            let [impulse, angular_impulse] = working.owed(left[index], domain.cell_width);
+            let [impulse, angular_impulse] = working.owed(works[index], domain.cell_width);
             felt.impulse += impulse;
             felt.angular_impulse += angular_impulse;
             frame.unbalanced_impulse += impulse;
