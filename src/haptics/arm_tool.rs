@@ -92,7 +92,8 @@ impl ArmTool {
         self.frame += 1;
         let hand_time = span[1] - span[0];
         let rate = if hand_time > 0.0 { report.duration() / hand_time } else { 1.0 };
-        let clock = FrameClock { frame: self.frame, stamp, rate, span, is_resting: report.is_resting() };
+        let parts = report.implicit_steps();
+        let clock = FrameClock { frame: self.frame, stamp, rate, span, parts, is_resting: report.is_resting() };
         Some(self.models.model(touch, report.residual, &clock))
     }
 

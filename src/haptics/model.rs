@@ -83,6 +83,9 @@ pub struct ContactModel {
     /// followed in it, by the clock of [`DeviceState`](super::device::DeviceState). Equal where no clay was
     /// run.
     pub span: [f64; 2],
+    /// Equal parts of the span at whose ends the force was read, as implicit steps have it; 0 where it is the
+    /// mean over all of it.
+    pub parts: u32,
     /// Out of the clay, of unit length; zero where there is no clay near. Of a flat blade its front's.
     pub normal: DVec3,
     /// Way against the normal that is left before the tool touches \[m\]; 0 where it does.
@@ -121,6 +124,7 @@ impl ContactModel {
         force: DVec3::ZERO,
         is_poor: false,
         span: [0.0; 2],
+        parts: 0,
         normal: DVec3::ZERO,
         gap: 0.0,
         stiffness: DMat3::ZERO,

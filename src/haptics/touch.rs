@@ -37,6 +37,8 @@ pub struct FrameClock {
     pub rate: f64,
     /// Hand time that it took in \[s\].
     pub span: [f64; 2],
+    /// Implicit steps in it, at whose ends their forces are; 0 of explicit ones.
+    pub parts: u32,
     /// Whether the clay is known to rest.
     pub is_resting: bool,
 }
@@ -56,8 +58,8 @@ impl ContactModels {
     /// ([`FrameReport::residual`](crate::sim::frame::FrameReport::residual)). Clay at rest has frames too,
     /// and a touch in each.
     pub fn model(&mut self, touch: &ToolTouch, residual: f64, clock: &FrameClock) -> ContactModel {
-        let FrameClock { frame, stamp, rate, span, is_resting } = *clock;
-        let mut model = ContactModel { frame, stamp, rate, span, is_resting, ..contact_model(touch) };
+        let FrameClock { frame, stamp, rate, span, parts, is_resting } = *clock;
+        let mut model = ContactModel { frame, stamp, rate, span, parts, is_resting, ..contact_model(touch) };
         model.blade = self.blade.bounds(touch);
         if model.blade.is_some() {
             return model;
@@ -234,7 +236,7 @@ mod tests {
     use crate::sim::touch::TouchParticle;
     use glam::DQuat;
 
-    const CLOCK: FrameClock = FrameClock { frame: 3, stamp: 1.5, rate: 1.0, span: [1.0, 1.011], is_resting: false };
+    const CLOCK: FrameClock = FrameClock { frame: 3, stamp: 1.5, rate: 1.0, span: [1.0, 1.011], parts: 0, is_resting: false };
 
     fn near(found: DMat3, wanted: DMat3, part: f64) {
         let error = (found - wanted).to_cols_array().iter().fold(0.0f64, |e, x| e.max(x.abs()));

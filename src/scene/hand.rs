@@ -77,8 +77,8 @@ impl SceneHand {
         let id = self.tool as u32 + 1;
         let [start, end] = self.span;
         let known = end + (end - start);
-        let clock =
-            FrameClock { frame: report.plan_id + 1, stamp: known, rate: 1.0, span: self.span, is_resting: report.is_resting() };
+        let (span, parts, is_resting) = (self.span, report.implicit_steps(), report.is_resting());
+        let clock = FrameClock { frame: report.plan_id + 1, stamp: known, rate: 1.0, span, parts, is_resting };
         if let Some(touch) = report.touches.iter().find(|touch| touch.id == id) {
             self.hand.send(known, self.models.model(touch, report.residual, &clock));
         }

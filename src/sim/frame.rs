@@ -183,7 +183,7 @@ pub struct ToolReport {
     /// The path's id.
     pub id: u32,
     /// Impulse of the clay on the tool \[N s\]; in implicit steps that of its springs, and along its way what
-    /// makes its work that which the clay takes.
+    /// makes its work that which the clay takes; scaled by the like where it has stopped.
     pub impulse: DVec3,
     /// Angular impulse of the clay on the tool about its origin \[N m s\].
     pub angular_impulse: DVec3,
@@ -352,6 +352,11 @@ impl FrameReport {
     /// does to clay.
     pub fn is_resting(&self) -> bool {
         self.is_standing && self.passes == 0
+    }
+
+    /// Implicit steps that were taken: what a tool feels of each is at its end. 0 of explicit ones.
+    pub fn implicit_steps(&self) -> u32 {
+        if self.passes > 0 { self.steps } else { 0 }
     }
 
     /// Whether a tool engaged supported clay, and it alone: a tool touched clay while walls bore all of it,

@@ -54,8 +54,12 @@ pub struct ToolTouch {
     pub id: u32,
     /// Its pose at the frame's end.
     pub pose: Pose,
-    /// Mean of its position over the frame \[m\]: where the mean force belongs.
+    /// Mean of its position over the frame \[m\], of implicit steps at their ends: where the mean force
+    /// belongs.
     pub mean_position: DVec3,
+    /// Its way in the latter half of the frame \[m\].
+    #[serde(default)]
+    pub latter_way: DVec3,
     /// Mean force on it over the frame \[N\].
     pub force: DVec3,
     /// Out of the clay, of unit length; zero where no clay is near, and of wires and bent blades. Of a flat

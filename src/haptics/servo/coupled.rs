@@ -8,15 +8,16 @@
 //! `1 / k = 1 / k_clay + 1 / k'`.
 //!
 //! Frames are old. A frame's mean force is therefore compared with what the servo felt over the same span of
-//! the hand's time, less what other frames have changed since: the difference, over the clay's stiffness,
-//! is by how much x_p moves, over the time of a frame. Stiffness changes at once, with x_p moved so that
-//! the force does not; yield force, friction and normal go over in the time of a frame.
+//! the hand's time (at the ends of its steps, where those are implicit), less what other frames have changed
+//! since: the difference, over the clay's stiffness, is by how much x_p moves, over the time of a frame.
+//! Stiffness changes at once, with x_p moved so that the force does not; yield force, friction and normal go
+//! over in the time of a frame.
 //!
 //! What is admissible of the force on a flat blade is a matter of its edges and flanks: [`BladeLimit`].
 
 use super::blade::{BladeLimit, Held};
 use super::felt::{Felt, Hand};
-use super::history::{History, Past, means};
+use super::history::{History, Past};
 use super::ledger::Ledger;
 use super::settings::Coupling;
 use crate::haptics::model::ContactModel;
@@ -212,7 +213,7 @@ impl Coupled {
             let free = self.hand + stretch(along * normal, self.stiffness[0]) + stretch(across, self.stiffness[1]);
             return (!self.is_known).then(|| free - self.origin);
         };
-        let [mean, moved] = means(past);
+        let [mean, moved] = self.history.means(past, model.parts);
         let [slides, gives] = limit.yields(model.force, model.rotation, YIELDING);
         let (missing, missing_across) = split(model.force - mean, normal);
         let (since, since_across) = split(self.moved - moved, normal);
@@ -245,7 +246,7 @@ impl Coupled {
         if !is_touching {
             return Some(normal * (free - past[1].origin - (self.moved - past[1].moved)).dot(normal));
         }
-        let [mean, moved] = means(past);
+        let [mean, moved] = self.history.means(past, model.parts);
         let since = self.moved - moved;
         let (missing, missing_across) = split(model.force - mean, normal);
         let way = (missing * normal / self.stiffness[0].max(STIFFNESS_MIN) - normal * since.dot(normal)) * CORRECTION_SHARE;
@@ -264,7 +265,8 @@ impl Coupled {
             self.ledger.close();
             return;
         }
-        let felt = last.impulse - first.impulse + last.paid - first.paid;
+        let [mean, _] = self.history.means(past, model.parts);
+        let felt = mean * (last.time - first.time) + last.paid - first.paid;
         self.ledger.enter(model.force * (last.time - first.time) - felt, [first.paid, last.paid]);
     }
 

@@ -108,14 +108,22 @@ impl History {
         (0..self.count).map(|index| self.at(index)).filter(move |past| past.time > time)
     }
 
+    /// Means of force \[N\] and of what frames had moved \[m\] between two ticks, of which the one is later: at
+    /// the ends of so many equal parts, or over all of it where there are none.
+    pub(super) fn means(&self, [first, last]: &[Past; 2], parts: u32) -> [DVec3; 2] {
+        let duration = last.time - first.time;
+        if parts == 0 {
+            return [last.impulse - first.impulse, last.moved_sum - first.moved_sum].map(|sum| sum / duration);
+        }
+        let part = duration / f64::from(parts);
+        let ends = (1..parts).filter_map(|i| self.look(first.time + f64::from(i) * part)).chain([*last]);
+        let [mut force, mut moved] = [DVec3::ZERO; 2];
+        ends.for_each(|end| (force, moved) = (force + end.force, moved + end.moved));
+        [force, moved].map(|sum| sum / f64::from(parts))
+    }
+
     /// What was at both ends of a span.
     pub(super) fn ends(&self, [from, to]: [f64; 2]) -> Option<[Past; 2]> {
         Some([self.look(from)?, self.look(to)?])
     }
-}
-
-/// Means of force \[N\] and of what frames had moved \[m\] between two ticks, of which the one is later.
-pub(super) fn means([first, last]: &[Past; 2]) -> [DVec3; 2] {
-    let duration = last.time - first.time;
-    [last.impulse - first.impulse, last.moved_sum - first.moved_sum].map(|sum| sum / duration)
 }

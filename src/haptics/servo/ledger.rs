@@ -1,8 +1,9 @@
 //! Impulse that the hand has felt too little or too much, made good while it touches.
 //!
-//! What a frame of the clay took, its mean force times the hand's time of it, is known some frames later.
-//! What the hand felt less in the same time is owed to it; what was paid since is not counted twice. The
-//! force felt is then off the clay's by a twentieth at most, and its impulse over a stroke is the clay's.
+//! What a frame of the clay took, its mean force (at the ends of implicit steps) times the hand's time of it,
+//! is known some frames later. What the hand felt less in the same time is owed to it; what was paid since is
+//! not counted twice. The force felt is then off the clay's by a twentieth at most, and its impulse over a
+//! stroke is the clay's.
 
 use glam::DVec3;
 

@@ -191,6 +191,32 @@ fn late_frames_are_not_counted_twice() {
     assert!(greatest < 0.75 * 1.055, "{greatest} N overshoots");
 }
 
+/// What implicit steps bear they bear at their ends: true frames of them move nothing under a hand that goes
+/// on.
+#[test]
+fn forces_at_the_ends_of_steps_are_compared_there() {
+    for (parts, frame_time) in [(1, 11), (2, 10), (11, 11)] {
+        let mut bench = Bench::new(settings(RIGID));
+        bench.at(ABOVE);
+        bench.force.receive(&level(500.0, f64::INFINITY, 0.0));
+        let (mut true_forces, mut frame) = (vec![], 1);
+        for tick in 0..100usize {
+            let depth = 2e-5 * tick as f64;
+            let force = bench.at(deep(depth)).clay_force;
+            near(force.y, 500.0 * depth, 1e-9);
+            true_forces.push((bench.time(), DVec3::Y * 500.0 * depth));
+            if tick % frame_time == 0 && tick > 0 {
+                let ends = (1..=parts).map(|i| true_forces[tick - frame_time + i * frame_time / parts].1);
+                let force = ends.sum::<DVec3>() / parts as f64;
+                let span = [true_forces[tick - frame_time].0, true_forces[tick].0];
+                frame += 1;
+                let model = ContactModel { frame, span, parts: parts as u32, force, ..level(500.0, f64::INFINITY, 0.0) };
+                bench.force.receive(&model);
+            }
+        }
+    }
+}
+
 /// The damper acts between hand and tool: clay that flows away under a steady hand drags no more for it.
 #[test]
 fn damper_does_not_drag_in_steady_flow() {

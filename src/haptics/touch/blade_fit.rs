@@ -71,7 +71,7 @@ impl BladeFit {
         let goes_on = way.dot(way_before) > ONWARD * way.length() * way_before.length();
         self.run = if goes_on { self.run + way.length() } else { 0.0 };
         // The frame's latter half too: a blade that turns back in it has let go.
-        let latter = (touch.pose.position - touch.mean_position).dot(way);
+        let latter = touch.latter_way.dot(way);
         if goes_on && latter > LATTER * way.length_squared() {
             self.weigh(touch, [&before, blade], way);
         }
@@ -152,6 +152,7 @@ mod tests {
         ToolTouch {
             pose: Pose { position: DVec3::Y * y, ..Pose::default() },
             mean_position: DVec3::Y * (y - 0.5 * way),
+            latter_way: DVec3::Y * (0.5 * way),
             force: DVec3::Y * force + DVec3::Z * 0.7,
             normal: DVec3::Z,
             stiffness: DMat3::from_diagonal(DVec3::splat(5000.0)),
@@ -195,8 +196,7 @@ mod tests {
         // A frame that went on in the mean and ends on its way back.
         stroke(&mut fit, 0.0, -0.3e-3, 0.0, EDGE + FLANK);
         let before = fit.factors();
-        let turned = Pose { position: DVec3::Y * -3.4e-3, ..Pose::default() };
-        fit.bounds(&ToolTouch { pose: turned, ..touch(-3.6e-3, -0.1e-3, 0.0, 0.1) });
+        fit.bounds(&ToolTouch { latter_way: DVec3::Y * 0.2e-3, ..touch(-3.6e-3, -0.1e-3, 0.0, 0.1) });
         assert_eq!(fit.factors(), before);
         stroke(&mut fit, 0.0, -0.3e-3, 0.0, 0.3);
         assert!(fit.factors()[1] < 0.9);

@@ -428,7 +428,9 @@ impl Solver {
         report.has_loose_clay = (plan.outputs.support && steps > 0).then(|| self.has_loose_clay(plan));
         report.tools = tool_reports(plan, &tally, unit, self.domain.cell_width, dt * f64::from(steps));
         if plan.outputs.touch && steps > 0 {
-            report.touches = touches(plan, &self.domain, &self.state, &report.tools);
+            // Its steps may be shorter than was planned.
+            let ran = FramePlan { dt, steps, ..plan.clone() };
+            report.touches = touches(&ran, &self.domain, &self.state, &report.tools);
         }
         report.health = health;
         judge(&mut report, &self.quarantined);

@@ -195,7 +195,8 @@ fn way_ends_at_what_the_tool_meets() {
     assert_eq!(way(DVec3::NEG_Y * 8.0), None);
 }
 
-/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there.
+/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there, and of
+/// implicit steps where they end.
 #[test]
 fn far_tool_meets_nothing() {
     let found = touch(FACE, 9.0, 0.0, false);
@@ -204,7 +205,11 @@ fn far_tool_meets_nothing() {
     let mut path = ToolPath::still(1, Tool { shape: FACE, contact: Contact::Stick }, pose(0.0));
     let at = |time, x| super::super::tool::PoseSample { time, pose: pose(x) };
     path.samples = vec![at(0.0, 0.0), at(1.0, 4.0)];
-    assert!((mean_position(&path, 2.0) - DVec3::X * 3.0).length() < 1e-12);
+    let explicit = FramePlan::new(material(), 0.5, 4);
+    let implicit = FramePlan { integrator: Integrator::Implicit { passes: 15 }, ..explicit.clone() };
+    assert!((mean_position(&path, &explicit) - DVec3::X * 3.0).length() < 1e-12);
+    // At the ends of its four steps: 2, 4, 4, 4.
+    assert!((mean_position(&path, &implicit) - DVec3::X * 3.5).length() < 1e-12);
 }
 
 #[cfg(feature = "reference")]

@@ -245,7 +245,7 @@ pub const CASES: &[Case] = &[
     haptic_case("held force", 2, haptics::held),
     haptic_case("force of slow clay", 3, haptics::slow_motion),
     haptic_case("force of an engine's clay", 6, haptics::clay_strokes),
-    haptic_case("held force of an engine's clay", 2, haptics::clay_held),
+    haptic_case("held force of an engine's clay", 3, haptics::clay_held),
     haptic_case("knife in the hand", 10, haptics::knife),
     haptic_case("force start", 2, haptics::start),
     haptic_case("force of particles", 4, haptics::particles),
