@@ -43,7 +43,7 @@ impl WeldRule {
         plan.tools.iter().any(|path| path.divides() && path.sheet_id() == sheet)
     }
 
-    /// Compressive stress \[Pa\] from which on the sides of the cut at this tag count as pressed on each other.
+    /// Compressive stress \[Pa\] from which on the sides of the cut at this tag count as pressed.
     pub(crate) fn stress_at(self, plan: &FramePlan, tag: Tag) -> f64 {
         if is_left_pressed(tag) || is_at_blade(plan, tag) { LEFT_SHARE * self.stress } else { self.stress }
     }

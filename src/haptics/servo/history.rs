@@ -108,8 +108,8 @@ impl History {
         (0..self.count).map(|index| self.at(index)).filter(move |past| past.time > time)
     }
 
-    /// Means of force \[N\] and of what frames had moved \[m\] between two ticks, of which the one is later: at
-    /// the ends of so many equal parts, or over all of it where there are none.
+    /// Means of force \[N\] and of what frames had moved \[m\] between two ticks, of which the one is later:
+    /// at the ends of so many equal parts, or over all of it where there are none.
     pub(super) fn means(&self, [first, last]: &[Past; 2], parts: u32) -> [DVec3; 2] {
         let duration = last.time - first.time;
         if parts == 0 {

@@ -133,8 +133,8 @@ impl<'a> System<'a> {
         law::advance(&plan.material, self.stations[i].yield_stress, plan.dt, particle.elastic_strain, increment)
     }
 
-    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\], where so much of it
-    /// is the cell's.
+    /// By how much each particle's ln J changes with its cell, and its mean stress \[Pa\], where so much of
+    /// it is the cell's.
     fn shared(&self, updates: &[law::Advanced], shares: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let material = &self.around.plan.material;
         let bulk = material.lame_lambda() + 2.0 / 3.0 * material.lame_mu();
