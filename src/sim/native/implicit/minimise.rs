@@ -55,7 +55,10 @@ impl System<'_> {
                 self.search.forget();
                 slope = self.find_direction();
             }
-            let Some(tried) = self.descend(slope, passes, least) else { break };
+            let Some(tried) = self.descend(slope, passes, least) else {
+                self.search.forget();
+                continue;
+            };
             self.accept();
             self.sides.settle(&self.u, &self.accepted.residual);
             self.keep(tried);
@@ -112,7 +115,8 @@ impl System<'_> {
     }
 
     /// Goes the step, which goes down by `slope`, cut until the potential falls, and short of where sides of
-    /// cuts would pass through each other; none, with `u` as it was, when the passes are used up.
+    /// cuts would pass through each other; none, with `u` as it was, when the passes are used up, or where
+    /// pairs have led too far.
     #[expect(clippy::cast_possible_truncation, reason = "vectors are f32")]
     fn descend(&mut self, mut slope: f64, passes: u32, least: &mut Least) -> Option<Tried> {
         std::mem::swap(&mut self.search.before, &mut self.u);
@@ -131,11 +135,14 @@ impl System<'_> {
                 return Some(tried);
             }
             least.rejected += 1;
+            let short = if is_sound { old / (old - new) } else { 0.5 * (CUT[0] + CUT[1]) };
             if is_bounded {
                 self.search.take_step_again();
             }
-            let cut = if is_sound { (old / (old - new)).clamp(CUT[0], CUT[1]) } else { 0.5 * (CUT[0] + CUT[1]) };
-            let (cut, accepted) = (cut as f32, &self.accepted.residual);
+            if short < CUT[0] && self.sides.is_empty() && !self.search.pairs.is_empty() {
+                break;
+            }
+            let (cut, accepted) = (short.clamp(CUT[0], CUT[1]) as f32, &self.accepted.residual);
             [slope] = sum_each(&mut self.search.step, |slot, step| {
                 step.flat_mut().iter_mut().for_each(|s| *s *= cut);
                 [dot_of(step, &accepted[slot])]

@@ -4,8 +4,11 @@
 //! Each evaluation of the slope is a pass over the particles; there are as many as the plan says, and no
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
-//! line crosses 0, and tried again. What was last accepted is the answer; where it is lost still, judged by
-//! the forces at the last evaluation, there are as many passes again.
+//! line crosses 0, and tried again. Where that is less than the least cut, the pairs are of other clay than
+//! there is (that flowed, and now springs back: a step of 4 cells where .01 was right), and are forgotten;
+//! not in cut clay, whose sides close and open meanwhile.
+//! What was last accepted is the answer; where it is lost still, judged by the forces at the last evaluation,
+//! there are as many passes again.
 //!
 //! Clay goes on as it moved, or it stands still: the guess is the lower of both. The second is tried where
 //! the first leads up by more than its inertia `sum m_i |u_i|^2 / h^2`, which is all that drives clay that
@@ -77,7 +80,10 @@ fn go_down(
             known.clear();
             step = direction(known, cycle, pairs, &residual);
         }
-        let Some((slope, u)) = descend(system, pairs, least, step, passes) else { break };
+        let Some((slope, u)) = descend(system, pairs, least, step, (passes, !known.is_empty())) else {
+            known.clear();
+            continue;
+        };
         let step = difference(&u, &least.u);
         let change = difference(&slope.residual, &least.slope.residual);
         (least.u, least.slope) = (u, slope);
@@ -128,13 +134,13 @@ fn searched(pairs: &Pairs, slope: &[DVec3]) -> Vec<DVec3> {
 }
 
 /// The slope after the step, and where that leads, cut until the potential falls; none when the passes are
-/// used up.
+/// used up, or where pairs have led too far.
 fn descend(
     system: &System<'_>,
     pairs: &Pairs,
     least: &mut Least,
     mut step: Vec<DVec3>,
-    passes: u32,
+    (passes, has_pairs): (u32, bool),
 ) -> Option<(Slope, Vec<DVec3>)> {
     let mut start = least.slope.residual.clone();
     pairs.rub(&mut start);
@@ -151,7 +157,11 @@ fn descend(
             return Some((slope, there));
         }
         least.rejected += 1;
-        let cut = if slope.is_sound { (before / (before - after)).clamp(CUT[0], CUT[1]) } else { 0.5 * (CUT[0] + CUT[1]) };
+        let short = if slope.is_sound { before / (before - after) } else { 0.5 * (CUT[0] + CUT[1]) };
+        if short < CUT[0] && pairs.is_empty() && has_pairs {
+            return None;
+        }
+        let cut = short.clamp(CUT[0], CUT[1]);
         step.iter_mut().for_each(|step| *step *= cut);
     }
     None

@@ -137,6 +137,11 @@ impl Pairs {
         self.close(u);
     }
 
+    /// Whether nothing is cut.
+    pub(super) fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
     /// Takes from the displacements what approaches, and what friction would have slide back.
     pub(super) fn close(&self, u: &mut [DVec3]) {
         for pair in &self.all {
