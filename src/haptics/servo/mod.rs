@@ -19,6 +19,7 @@ mod felt;
 mod held;
 mod history;
 mod ledger;
+mod reading;
 mod scale;
 mod settings;
 mod spheres;
@@ -32,6 +33,7 @@ use coupled::Coupled;
 use felt::Hand;
 use glam::{DQuat, DVec3};
 use held::HeldForce;
+use reading::Reading;
 use spheres::SphereForce;
 
 /// Time over which the force of another mode takes over \[s\]: 1 N comes in at 0.01 N/ms.
@@ -77,6 +79,7 @@ pub struct ForceLoop {
     coupled: Coupled,
     held: HeldForce,
     spheres: SphereForce,
+    reading: Reading,
     /// The last hand, in the world.
     hand: Option<Hand>,
     /// When the last model came, and how long a frame takes \[s\].
@@ -99,6 +102,7 @@ impl ForceLoop {
             coupled: Coupled::new(),
             held: HeldForce::default(),
             spheres: SphereForce::new(),
+            reading: Reading::default(),
             hand: None,
             arrival: f64::NEG_INFINITY,
             frame_time: FRAME_TIMES[1],
@@ -129,6 +133,7 @@ impl ForceLoop {
         self.coupled.forget();
         self.spheres.forget();
         (self.held, self.hand, self.last) = (HeldForce::default(), None, DVec3::ZERO);
+        self.reading = Reading::default();
         (self.arrival, self.left) = (f64::NEG_INFINITY, (DVec3::ZERO, f64::NEG_INFINITY));
     }
 
@@ -185,8 +190,8 @@ impl ForceLoop {
     }
 
     /// The hand in the world. Its velocity is that of its places: a driver's own filter is not known here.
-    fn hand(&self, state: &DeviceState, dt: f64) -> Hand {
-        let position = self.settings.placement.point(state.position);
+    fn hand(&mut self, state: &DeviceState, dt: f64) -> Hand {
+        let position = self.settings.placement.point(self.reading.place(state.position));
         let rotation = self.settings.placement.rotation * state.rotation;
         let velocity = self.hand.map_or(DVec3::ZERO, |last| {
             let share = 1.0 - (-dt / VELOCITY_TIME).exp();
