@@ -195,8 +195,8 @@ fn way_ends_at_what_the_tool_meets() {
     assert_eq!(way(DVec3::NEG_Y * 8.0), None);
 }
 
-/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there, and of
-/// implicit steps where they end.
+/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there, of implicit
+/// steps where they end, and no way in the latter half.
 #[test]
 fn far_tool_meets_nothing() {
     let found = touch(FACE, 9.0, 0.0, false);
@@ -210,6 +210,9 @@ fn far_tool_meets_nothing() {
     assert!((mean_position(&path, &explicit) - DVec3::X * 3.0).length() < 1e-12);
     // At the ends of its four steps: 2, 4, 4, 4.
     assert!((mean_position(&path, &implicit) - DVec3::X * 3.5).length() < 1e-12);
+    // It has stood since the middle of the frame; until then it went all of its way.
+    assert_eq!(latter_way(&path, explicit.duration()), DVec3::ZERO);
+    assert!((latter_way(&path, 1.0) - DVec3::X * 2.0).length() < 1e-12);
 }
 
 #[cfg(feature = "reference")]
