@@ -195,8 +195,8 @@ fn way_ends_at_what_the_tool_meets() {
     assert_eq!(way(DVec3::NEG_Y * 8.0), None);
 }
 
-/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there, of implicit
-/// steps where they end, and no way in the latter half.
+/// Far off there is nothing; a tool that sweeps half the frame and then stands has its mean there, of
+/// implicit steps where they end, and no way in the latter half.
 #[test]
 fn far_tool_meets_nothing() {
     let found = touch(FACE, 9.0, 0.0, false);
