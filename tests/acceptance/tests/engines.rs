@@ -297,7 +297,10 @@ fn implicit_steps_agree() {
     let lost = agreement::lost();
     let taken = Oracle::new(&lost.case.snapshot).run(&lost.case.plan).passes;
     assert!(taken > 3 * lost.case.plan.steps, "none is lost in {taken} passes");
-    assert_all(vec![lost]);
+    let withdrawn = agreement::withdrawn();
+    let rejected = Oracle::new(&withdrawn.case.snapshot).run(&withdrawn.case.plan).rejected;
+    assert!(rejected > 0, "nothing leads too far");
+    assert_all(vec![lost, withdrawn]);
 }
 
 /// Flat blades, a wire and a plate in implicit steps, near the least: on the way there the engine's

@@ -43,6 +43,27 @@ pub fn lost() -> Agreement {
     crumbs
 }
 
+/// A ball that has pressed clay in, and goes back by half as far as it came in a step: clay that flowed
+/// springs back.
+pub fn withdrawn() -> Agreement {
+    let mut s = block(IVec3::new(9, 8, 9), 0.0, floor_walls(Wall::Stick), Preset::SoftClay.material());
+    let tool = Tool { shape: ToolShape::Sphere { radius: 3.0 * CELL }, contact: SEPARATE };
+    let above = s.domain.wall_nodes().0.as_dvec3() + DVec3::new(10.3, 11.1, 10.6);
+    let way = |s: &Snapshot, p: &FramePlan, from: f64, to: f64| {
+        vec![moving(s, p, tool, above + DVec3::Y * from, above + DVec3::Y * to, DQuat::IDENTITY)]
+    };
+    let press = FramePlan { dt: 5e-3, steps: 10, ..steps(&s) };
+    let press = FramePlan { tools: way(&s, &press, 0.0, -1.1), ..press };
+    let mut engine = NativeEngine::with_threads(1);
+    engine.load(&s).expect("load");
+    engine.submit(press).expect("submit");
+    engine.wait().expect("report");
+    s = engine.save().expect("save");
+    let p = FramePlan { dt: 1e-2, steps: 1, integrator: Integrator::Implicit { passes: 12 }, ..steps(&s) };
+    let p = FramePlan { tools: way(&s, &p, -1.1, -1.045), ..p };
+    held("implicit, a ball that goes back".into(), s, p, 0)
+}
+
 /// A ball with each contact, on each floor, and clay that a floor stops.
 pub fn implicit_steps() -> Vec<Agreement> {
     let of = |floor: Wall, contact: Contact| {
