@@ -8,12 +8,12 @@ const STEP_MAX: f64 = 1.5e-4;
 
 /// Finds a hand that stands at the edge between two readings.
 ///
-/// A spring of 600 N/m bears .03 N more with each step, so a soft hand that holds it still is pushed from one
-/// reading to the next and comes back, for ever: 6 % of the force of a ball in clay, several times a second.
-/// A reading that went and came back, and goes again, tells more than either: the hand is at the edge between
-/// them. There it is taken to be until a third reading comes. A hand that moves on or swings by more is where
-/// its encoders say: taken at the edge wherever it turned round, which is half a step late, hands did not
-/// stand at nine tenths of the stiffest wall that they can hold.
+/// A spring of 400 N/m bears .02 N more with each step, so a soft hand that holds it still is pushed from one
+/// reading to the next and comes back, for ever: 6 to 11 % of the force of a ball in clay. A reading that
+/// went and came back, and goes again, tells more than either: the hand is at the edge between them. There it
+/// is taken to be until a third reading comes. A hand that moves on or swings by more is where its encoders
+/// say: taken at the edge wherever it turned round, which is half a step late, hands did not stand at nine
+/// tenths of the stiffest wall that they can hold.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reading {
     /// The reading, and the one that it came from \[m\].
