@@ -15,7 +15,8 @@ pub(super) const DRAGGING_MASS: f64 = 1e-2;
 
 /// Least velocity along gravity, over what gravity adds to it in a step [-], of clay that falls: the first
 /// guess lets it fall on. What rests stays: in fine steps of resting clay a guess that let it fall left ten
-/// times the forces out of balance that there were.
+/// times the forces out of balance that there were. What a tool presses down comes as fast, and does not
+/// fall: a board at 30 mm/s in steps of 5.6 ms left a hundred times what clay bears.
 pub(super) const GUESS_FALL_MIN: f64 = 0.5;
 
 /// Forces out of balance over those that clay bears [-] beyond which a step is no answer, and gets

@@ -9,6 +9,7 @@ use super::super::meeting::{self, Faces, Fold, Meeting, Scratch, Ties};
 use super::super::nodes::{ClassMasses, CutBlock, Nodes as Sums, bits};
 use super::super::simd::in_lanes;
 use super::super::state::{Run, State};
+use super::eights::Class;
 use super::layout::{Index, Layout, Link, Place};
 use super::pairs::{Divided, Pairs};
 use super::slope::nodes_of;
@@ -37,11 +38,14 @@ pub(super) struct Nodes {
     pub(super) fill: Vec<[f32; 64]>,
     /// A bit for each node of a column that a wall folds.
     pub(super) is_at_wall: Vec<u64>,
+    /// A bit for each node whose clay hangs together with some that a tool or a wall touches.
+    pub(super) is_held_up: Vec<u64>,
 }
 
 /// A step that begins.
 pub(super) struct Begun {
     pub(super) layout: Layout,
+    index: Index,
     /// The slot of each class of each block, the untagged one first; of those without particles it means
     /// nothing.
     pub(super) class_slots: Vec<Vec<u32>>,
@@ -85,7 +89,17 @@ impl Begun {
         layout.mark_links();
         let nodes = Nodes::new(&layout, &sums, &folds, step.gravity);
         let sides = Pairs::new(&divided, (&nodes.mass, &nodes.free), modulus);
-        Self { layout, class_slots, nodes, sides }
+        Self { layout, index, class_slots, nodes, sides }
+    }
+
+    /// Finds which clay is held up, by the classes of which something is touched as the step begins.
+    pub(super) fn find_held_up(&mut self, classes: &[Class]) {
+        let has: Vec<u64> = self.nodes.mass.iter().map(bits).collect();
+        let mut touched: Vec<bool> = self.nodes.is_at_wall.iter().zip(&has).map(|(nodes, has)| nodes & has != 0).collect();
+        for class in classes {
+            touched[class.slot] |= class.is_touched;
+        }
+        self.nodes.is_held_up = self.layout.hanging_together(&self.index, &has, &touched);
     }
 }
 
@@ -294,7 +308,8 @@ impl Nodes {
         subtract(&self.mass[slot], &self.velocity[slot], &self.free[slot], u, acting);
     }
 
-    /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
+    /// Where the unknowns start: as the clay moves already, without what walls and contact will stop. What
+    /// falls, and is not held up, falls on.
     pub(super) fn guess(&self, gravity: DVec3) -> Vector {
         let weight = gravity.as_vec3().to_array();
         let falls_from = GUESS_FALL_MIN as f32 * gravity.length_squared() as f32;
@@ -304,7 +319,8 @@ impl Nodes {
             for k in 0..64 {
                 let has_mass = self.mass[i][k] > 0.0;
                 let own: [f32; 3] = std::array::from_fn(|d| if has_mass { u.0[d][k] - weight[d] } else { 0.0 });
-                let falls = own[0] * weight[0] + own[1] * weight[1] + own[2] * weight[2] > falls_from;
+                let is_held_up = self.is_held_up[i] >> k & 1 == 1;
+                let falls = !is_held_up && own[0] * weight[0] + own[1] * weight[1] + own[2] * weight[2] > falls_from;
                 let way: [f32; 3] = std::array::from_fn(|d| if falls { u.0[d][k] } else { own[d] });
                 let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
                 let kept = if length > way_max { way_max / length } else { 1.0 };

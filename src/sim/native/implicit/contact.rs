@@ -114,12 +114,18 @@ impl<'a> Near<'a> {
                 report.push_by_wall(sum.on_walls);
             }
         }
-        let [x, y, z] = [sum.stiffness.x_axis, sum.stiffness.y_axis, sum.stiffness.z_axis];
-        let stiffness = [DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y)];
-        Press {
-            velocity: (sum.force / mass).as_vec3().to_array(),
-            stiffness: stiffness.map(|of| (of / mass).as_vec3().to_array()),
-        }
+        Press { velocity: (sum.force / mass).as_vec3().to_array(), stiffness: sum.stiffness_over(mass) }
+    }
+
+    /// How stiffly solid tools and walls press on a particle where it stands [1/step].
+    pub(super) fn stiffness_still(&self, (hot, cold): (&Hot, &Cold)) -> [[f32; 3]; 2] {
+        let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
+        let start = cell + DVec3::from_array(hot.offset.map(f64::from));
+        let mass = f64::from(hot.mass);
+        let mut sum = Sum { volume: mass / 8.0, asked: Asked::Stiffness, stiffness: DMat3::ZERO, ..Sum::default() };
+        self.by_tools(cold, [start; 2], &mut sum);
+        self.by_walls(cold, [start; 2], &mut sum);
+        sum.stiffness_over(mass)
     }
 
     /// A particle ends the step away from everything.
@@ -157,7 +163,8 @@ impl<'a> Near<'a> {
                 Some(anchor) => Some(to.to_world(anchor.1)),
                 None => comes.then(|| to.to_world(from.to_local(start))),
             };
-            sum.by_tool((index, tool), &self.springs.of(sum.volume), &surface, at, anchor, |anchor| anchor);
+            let springs = self.springs.of(sum.volume).in_implicit_step();
+            sum.by_tool((index, tool), &springs, &surface, at, anchor, |anchor| anchor);
         }
     }
 
@@ -217,7 +224,7 @@ impl<'a> Near<'a> {
             let [gap_before, gap] = [start, at].map(|x| wall.distance(x) - reach);
             let contact = Contact::Separate { friction: 0.0 };
             let surface = Surface { contact, gap, normal: wall.normal(), leaving: gap - gap_before };
-            let springs = self.springs.of(sum.volume);
+            let springs = self.springs.of(sum.volume).in_implicit_step();
             let anchor = (cold.walls & wall.bit() != 0).then_some(at);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
             sum.force += touch.force;
@@ -260,6 +267,12 @@ struct Sum<'a> {
 }
 
 impl<'a> Sum<'a> {
+    /// The stiffness over a mass: its diagonal, and what is beside it.
+    fn stiffness_over(&self, mass: f64) -> [[f32; 3]; 2] {
+        let [x, y, z] = [self.stiffness.x_axis, self.stiffness.y_axis, self.stiffness.z_axis];
+        [DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y)].map(|of| (of / mass).as_vec3().to_array())
+    }
+
     fn add_stiffness(&mut self, springs: &Springs, surface: &Surface, at: DVec3, anchor: Option<DVec3>, force: DVec3) {
         if self.asked == Asked::Stiffness {
             self.stiffness += springs.stiffness(surface, at, anchor, force);

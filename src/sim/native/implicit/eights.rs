@@ -62,6 +62,8 @@ pub(super) struct Class {
     /// What contact alone brings, where tools or walls are near; in the first evaluation its stiffness, the
     /// diagonal and what is beside it.
     pub(super) contact: Option<Box<[Tile4; 2]>>,
+    /// Whether a tool or a separating wall touches any of them where they stand as the step begins.
+    pub(super) is_touched: bool,
 }
 
 impl Default for Class {
@@ -75,6 +77,7 @@ impl Default for Class {
             shared: vec![],
             forces: Tile4::ZERO,
             contact: None,
+            is_touched: false,
         }
     }
 }

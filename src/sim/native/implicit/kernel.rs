@@ -339,7 +339,13 @@ impl<'a> Presses<'a> {
             let press = self.near.press((hot, cold), moved, begins, None);
             (0..3).for_each(|d| push[d].0[k] = press.velocity[d] * hot.mass);
             let Some(contact) = self.contact.as_deref_mut() else { continue };
-            let found = if begins { press.stiffness } else { [press.velocity, [0.0; 3]] };
+            let found = match begins {
+                // What motion as it was leads away from a tool may well meet it, as stiffly as where it
+                // stands.
+                true if press.stiffness == [[0.0; 3]; 2] => self.near.stiffness_still((hot, cold)),
+                true => press.stiffness,
+                false => [press.velocity, [0.0; 3]],
+            };
             for (of, tile) in found.iter().zip(contact).filter(|(of, _)| **of != [0.0; 3]) {
                 stencils.add_one(k, of.map(|s| s * hot.mass), tile);
             }

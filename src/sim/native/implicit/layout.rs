@@ -62,6 +62,39 @@ impl Layout {
         }
     }
 
+    /// The nodes of each slot, a bit each, at which clay of whatever class hangs together from node to node
+    /// with that of one of the `chosen` slots; `has` are those at which there is any.
+    pub(super) fn hanging_together(&self, index: &Index, has: &[u64], chosen: &[bool]) -> Vec<u64> {
+        let mut all: Vec<u64> = vec![0; has.len()];
+        let mut reached = all.clone();
+        for slots in index.by_block() {
+            let of_block = slots.clone().fold(0, |of_block, slot| of_block | has[slot]);
+            let is_chosen = slots.clone().any(|slot| chosen[slot]);
+            for slot in slots {
+                all[slot] = of_block;
+                reached[slot] = if is_chosen { of_block } else { 0 };
+            }
+        }
+        let mut waiting: Vec<usize> = (0..has.len()).filter(|slot| reached[*slot] != 0).collect();
+        while let Some(slot) = waiting.pop() {
+            for (n, offset) in NEIGHBOURS.iter().enumerate().filter(|(_, offset)| offset.length_squared() <= 1) {
+                let Some(other) = self.neighbours[slot][n].checked_sub(1).map(|other| other as usize) else { continue };
+                let new = beside(reached[slot], *offset) & all[other] & !reached[other];
+                if new != 0 {
+                    reached[other] |= new;
+                    waiting.push(other);
+                }
+            }
+            for other in index.of_same_block(self.slots[slot].block) {
+                if reached[slot] & !reached[other] != 0 {
+                    reached[other] |= reached[slot];
+                    waiting.push(other);
+                }
+            }
+        }
+        reached
+    }
+
     /// Brings what linked nodes got to the nodes that move in their place, and leaves 0 there.
     pub(super) fn fold(&self, vector: &mut [Block3]) {
         self.fold_by(vector, |image, d| image[d]);
@@ -116,6 +149,24 @@ impl Layout {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Index(Vec<(u64, ClassKey, u32)>);
 
+/// The nodes next to those of these bits, along an axis, that stand in the block at `offset`: with none those
+/// in the same one.
+fn beside(nodes: u64, offset: IVec3) -> u64 {
+    // The last nodes along z, y and x.
+    const LAST: [u64; 3] = [0x8888_8888_8888_8888, 0xf000_f000_f000_f000, 0xffff_0000_0000_0000];
+    let axes = [(offset.z, 1), (offset.y, 4), (offset.x, 16)];
+    let mut next = 0;
+    for ((to, stride), last) in axes.into_iter().zip(LAST) {
+        next |= match to {
+            1 => (nodes & last) >> (3 * stride),
+            -1 => nodes << (3 * stride) & last,
+            _ if offset == IVec3::ZERO => (nodes & !last) << stride | nodes >> stride & !last,
+            _ => 0,
+        };
+    }
+    next
+}
+
 /// A block's coordinates in one number.
 fn packed(block: IVec3) -> u64 {
     let [x, y, z] = block.to_array().map(|c| u64::from((c + (1 << 20)).cast_unsigned()));
@@ -128,6 +179,17 @@ impl Index {
         self.0.clear();
         self.0.extend(slots.iter().zip(0..).map(|(place, slot)| (packed(place.block), place.key, slot)));
         self.0.sort_unstable();
+    }
+
+    /// The slots of each block.
+    fn by_block(&self) -> impl Iterator<Item = impl Iterator<Item = usize> + Clone> {
+        self.0.chunk_by(|a, b| a.0 == b.0).map(|of_block| of_block.iter().map(|entry| entry.2 as usize))
+    }
+
+    /// The slots of a block.
+    fn of_same_block(&self, block: IVec3) -> impl Iterator<Item = usize> {
+        let first = self.0.partition_point(|entry| entry.0 < packed(block));
+        self.0[first..].iter().take_while(move |entry| entry.0 == packed(block)).map(|entry| entry.2 as usize)
     }
 
     /// The slot of a class in a block.

@@ -132,8 +132,9 @@ pub(super) fn step(
     let Implicit { multigrid, classes, rows, slopes, search } = kept;
     let near = slope::found((particles, ahead), state, tiles, classes, arrivals);
     let modulus = 2.0 * f64::from(particles.step.law.lambda + particles.step.law.mu2);
-    let begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals), modulus);
+    let mut begun = begin::Begun::new(state, grid, tiles, nodes, &particles.meeting(arrivals), modulus);
     let sources = slope::find_sources(&begun.layout, &begun.class_slots, classes);
+    begun.find_held_up(classes);
     let u = begun.nodes.guess(nodes.gravity);
     let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
     let [slope, accepted] = slopes;

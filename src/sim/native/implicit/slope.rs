@@ -103,15 +103,19 @@ fn find_yield_norms(s: &ParticleStep<'_>, spot: &Spot<'_>, (hot, cold): (&[Hot],
     }
 }
 
-/// How far the particles of a class are from what may press on them.
+/// How far the particles of a class are from what may press on them, and whether it touches any.
 fn find_clearances(near: Option<&Near<'_>>, (hot, cold): (&[Hot], &[Cold]), class: &mut Class) {
+    class.is_touched = false;
     let Some(near) = near else {
         class.contact = None;
         return;
     };
     class.contact.get_or_insert_with(|| Box::new([Tile4::ZERO; 2]));
     for ((hot, cold), eight) in hot.chunks(8).zip(cold.chunks(8)).zip(&mut class.eights) {
-        hot.iter().zip(cold).enumerate().for_each(|(k, (hot, cold))| eight.clear.0[k] = near.clearance(hot, cold));
+        for (k, (hot, cold)) in hot.iter().zip(cold).enumerate() {
+            eight.clear.0[k] = near.clearance(hot, cold);
+            class.is_touched |= eight.clear.0[k] <= 0.0 && near.stiffness_still((hot, cold)) != [[0.0; 3]; 2];
+        }
     }
 }
 

@@ -49,13 +49,23 @@ pub(super) struct Press {
 pub(super) fn press(particle: &Particle, moved: DVec3, around: &Surroundings) -> Press {
     let start = around.domain.to_world(particle.position);
     let at = start + moved;
-    let springs = springs(particle.rest_volume, around);
+    let springs = springs(particle.rest_volume, around).in_implicit_step();
     // A matrix is the identity by default.
     let mut press = Press { stiffness: DMat3::ZERO, ..Press::default() };
     press.by_tools(particle, [start, at], &springs, around);
     press.by_blades(particle, [start, at], &springs, around);
     press.by_walls(particle, [start, at], &springs, around);
     press
+}
+
+/// How stiffly solid tools and walls press on a particle where it stands as the step begins [N/m].
+pub(super) fn stiffness_still(particle: &Particle, around: &Surroundings) -> DMat3 {
+    let start = around.domain.to_world(particle.position);
+    let springs = springs(particle.rest_volume, around).in_implicit_step();
+    let mut press = Press { stiffness: DMat3::ZERO, ..Press::default() };
+    press.by_tools(particle, [start; 2], &springs, around);
+    press.by_walls(particle, [start; 2], &springs, around);
+    press.stiffness
 }
 
 /// Anchors to the blades the clay that they have just cut: a particle whose class was `before`, where it

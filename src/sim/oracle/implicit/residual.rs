@@ -25,7 +25,7 @@ use super::multigrid::Finest;
 use super::pairs::Pairs;
 use super::unknowns::Unknowns;
 use glam::{DMat3, DVec3, IVec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Nodes of a block, whose work is one tool's.
 const BLOCK: IVec3 = IVec3::splat(4);
@@ -159,13 +159,16 @@ impl<'a> System<'a> {
         shared
     }
 
-    /// Where the unknowns start: as the clay moves already, without what walls and contact will stop.
+    /// Where the unknowns start: as the clay moves already, without what walls and contact will stop. What
+    /// falls, and hangs together with nothing that is touched, falls on.
     pub(super) fn guess(&self) -> Vec<DVec3> {
         let (dt, cell_width) = (self.around.plan.dt, self.around.domain.cell_width);
+        let held_up = self.held_up();
         let guess = |unknown: &super::unknowns::Unknown| {
             let weight = self.around.gravity_step(unknown.node);
             let own = unknown.velocity - weight;
-            let falls = own.dot(weight) > GUESS_FALL_MIN * weight.length_squared();
+            let is_held_up = held_up.contains(&unknown.node.to_array());
+            let falls = !is_held_up && own.dot(weight) > GUESS_FALL_MIN * weight.length_squared();
             let way = (if falls { unknown.velocity } else { own }) * dt;
             let held = unknown.free.cmpne(DVec3::ZERO);
             let way = way.clamp_length_max(GUESS_WAY_MAX * cell_width);
@@ -173,6 +176,33 @@ impl<'a> System<'a> {
             if held == glam::BVec3::FALSE { way } else { DVec3::select(held, way, DVec3::ZERO) }
         };
         self.unknowns.all.iter().map(guess).collect()
+    }
+
+    /// The nodes whose clay hangs together, from node to node, with that of a block in which a tool or a wall
+    /// touches some.
+    fn held_up(&self) -> BTreeSet<[i32; 3]> {
+        let block = |node: IVec3| node.div_euclid(BLOCK);
+        let with_clay: Vec<_> = self.unknowns.all.iter().filter(|unknown| unknown.mass > 0.0).collect();
+        let is_touched = |p: &&Particle| contact::stiffness_still(p, self.around) != DMat3::ZERO;
+        let touched = self.particles.iter().filter(is_touched).map(|p| block(p.position.floor().as_ivec3()).to_array());
+        let at_walls = with_clay.iter().filter(|unknown| unknown.live.min_element() < 0.0);
+        let touched: BTreeSet<[i32; 3]> = touched.chain(at_walls.map(|unknown| block(unknown.node).to_array())).collect();
+        let mut apart: BTreeSet<[i32; 3]> = with_clay.iter().map(|unknown| unknown.node.to_array()).collect();
+        let is_first = |node: &[i32; 3]| touched.contains(&block(IVec3::from_array(*node)).to_array());
+        let mut reached: Vec<[i32; 3]> = apart.iter().copied().filter(is_first).collect();
+        let mut held_up: BTreeSet<[i32; 3]> = reached.iter().copied().collect();
+        apart.retain(|node| !held_up.contains(node));
+        while let Some(from) = reached.pop() {
+            for (axis, step) in (0..3).flat_map(|axis| [(axis, -1), (axis, 1)]) {
+                let mut next = from;
+                next[axis] += step;
+                if apart.remove(&next) {
+                    held_up.insert(next);
+                    reached.push(next);
+                }
+            }
+        }
+        held_up
     }
 
     /// Twice the energy of the motion `way` \[m\] over the step \[J\].
@@ -293,14 +323,19 @@ impl<'a> System<'a> {
         let mut splines = vec![DVec3::ZERO; self.unknowns.all.len()];
         let mut springs = vec![DMat3::ZERO; self.unknowns.all.len()];
         for (particle, station) in self.particles.iter().zip(&self.stations) {
-            let press = contact::press(particle, self.motion(station, u).moved, self.around);
+            let mut stiffness = contact::press(particle, self.motion(station, u).moved, self.around).stiffness;
+            if stiffness == DMat3::ZERO {
+                // What motion as it was leads away from a tool may well meet it, as stiffly as where it
+                // stands.
+                stiffness = contact::stiffness_still(particle, self.around);
+            }
             for (seat, weight, arm) in &station.touches {
                 let seat = self.unknowns.seats[*seat];
                 let arms = *arm * *arm;
-                let stiffness = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
-                splines[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * stiffness;
+                let own = DVec3::splat(mu * arms.element_sum()) + (lambda + mu) * arms;
+                splines[seat.unknown] += particle.rest_volume * (4.0 * weight / cell_width.powi(2)).powi(2) * own;
                 let image = DMat3::from_diagonal(seat.image);
-                springs[seat.unknown] += image * press.stiffness * image * *weight;
+                springs[seat.unknown] += image * stiffness * image * *weight;
             }
         }
         (splines, springs)

@@ -6,11 +6,13 @@
 //! | `compare` | how far one run is from another                             |
 //! | `free`    | clay that no tool drives, integrated in whichever way         |
 //! | `pressed` | strips, balls and blades: force, ways, volume, passes   |
+//! | `board`   | a board on all of the clay's face, under gravity        |
 //! | `rest`    | tools held and taken away, own weight, flight               |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
 //! | `planned` | clay whose frames a planner plans                           |
 //! | `scenes`  | scenes drawn by lot                                         |
 
+mod board;
 mod compare;
 mod free;
 mod planned;
@@ -20,6 +22,7 @@ mod scenes;
 mod several;
 mod stroke;
 
+pub use board::boards;
 pub use compare::Reference;
 pub use free::{Free, Loose};
 pub use pressed::{BUDGETS, Budget, balls, blades, presets, strips};
