@@ -7,8 +7,8 @@ use super::super::params::BLOCK;
 use super::super::spline::spline;
 use super::grid::Grid;
 use super::nodes::offset;
-use super::state::{Hot, NEIGHBOURS, Table, unpack_cell};
-use glam::{DVec3, IVec3};
+use super::state::{Hot, NEIGHBOURS, Table};
+use glam::IVec3;
 
 /// Nodes along an edge of what the particles of a block reach, from -2 on: a block's own and two about it,
 /// and one more, as far as particles stray.
@@ -71,7 +71,7 @@ impl MassesAbout {
 
     /// Those about a particle; nothing where one side alone is, which has no normal.
     pub(super) fn about(&self, hot: &Hot) -> SidesAbout {
-        let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        let at = hot.place();
         let base = (at - 0.5).floor().as_ivec3();
         let mut sums = SidesAbout::default();
         let is_apart = |[first, last]: [IVec3; 2]| base.cmpgt(last).any() || (base + 2).cmplt(first).any();

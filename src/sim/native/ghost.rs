@@ -16,7 +16,7 @@ use super::kernel::Tile;
 use super::nodes::{Incompatible, for_arena};
 use super::particle_step::ParticleStep;
 use super::simd::Node;
-use super::state::{Cold, Hot, State, Table, unpack_cell};
+use super::state::{Cold, Hot, State, Table};
 use super::tags::TagReport;
 use glam::{DVec3, IVec3};
 
@@ -28,7 +28,7 @@ pub(super) const REACH: f64 = 5.2;
 pub(super) fn tag(method: CuttingMethod, tools: &[ToolNow], hot: &[Hot], cold: &mut [Cold]) -> TagReport {
     let mut report = TagReport { tools: vec![Default::default(); tools.len()], ..TagReport::default() };
     for (h, c) in hot.iter().zip(cold) {
-        let at = place(h);
+        let at = h.place();
         let (before, mut tags) = (c.key(), [Tag::default(); 2]);
         for (tool, sum) in tools.iter().zip(&mut report.tools) {
             let had = before.side(tool.sheet);
@@ -42,11 +42,6 @@ pub(super) fn tag(method: CuttingMethod, tools: &[ToolNow], hot: &[Hot], cold: &
         report.is_changed |= c.key() != before;
     }
     report
-}
-
-/// Grid coordinate of a particle.
-fn place(hot: &Hot) -> DVec3 {
-    IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from))
 }
 
 /// The side of a tool that a particle which `had` one before has now; 0 for none.
@@ -91,7 +86,7 @@ pub(super) fn gather(
     });
     let corner = block * super::super::params::BLOCK;
     let one = |h: &Hot| {
-        let at = place(h);
+        let at = h.place();
         let own = DVec3::from_array(h.velocity.map(f64::from)) + s.gravity;
         let base = (at - 0.5).floor();
         let f = at - base;

@@ -11,7 +11,7 @@ use super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::super::tool::Blade;
 use super::contact::ToolNow;
 use super::grid_step::GridReport;
-use super::state::{Cold, Hot, unpack_cell};
+use super::state::{Cold, Hot};
 use super::walls::{Arrivals, NearWall};
 use glam::{DVec3, IVec3};
 
@@ -75,8 +75,7 @@ impl Press<'_> {
     /// The velocity [cells/substep] that tools and walls give to a particle with `velocity`; moves its
     /// anchors, notes the walls that it touches or has arrived at.
     pub(super) fn on(&mut self, hot: &Hot, cold: &mut Cold, velocity: DVec3) -> [f32; 3] {
-        let cell = IVec3::from_array(unpack_cell(hot.cell));
-        let at = cell.as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        let at = hot.place();
         // A particle's mass is its rest volume over an eighth of a cell.
         let mass = f64::from(hot.mass);
         let volume = mass / 8.0;

@@ -88,6 +88,11 @@ pub(super) fn unpack_cell(cell: u32) -> [i32; 3] {
 }
 
 impl Hot {
+    /// Its grid coordinate \[cells\].
+    pub(super) fn place(&self) -> DVec3 {
+        IVec3::from_array(unpack_cell(self.cell)).as_dvec3() + DVec3::from_array(self.offset.map(f64::from))
+    }
+
     /// Moves whole cells of the offset into the cell index.
     fn normalise(&mut self) {
         let mut cell = unpack_cell(self.cell);
@@ -276,10 +281,7 @@ impl State {
 
     /// Tells the bodies apart; `spared` are the sheets of blades in the clay.
     pub(super) fn find_bodies(&mut self, spared: SheetSet) {
-        let member = |(hot, cold): (&Hot, &Cold)| {
-            let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
-            Member { at: cell + DVec3::from_array(hot.offset.map(f64::from)), id: cold.id, body: cold.body, tags: cold.tags }
-        };
+        let member = |(hot, cold): (&Hot, &Cold)| Member { at: hot.place(), id: cold.id, body: cold.body, tags: cold.tags };
         let mut members: Vec<Member> = self.hot.iter().zip(&self.cold).map(member).collect();
         // An eighth of a cell weighs 1.
         let largest = self.hot.iter().map(|hot| f64::from(hot.mass)).fold(0.0, f64::max);

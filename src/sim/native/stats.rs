@@ -3,8 +3,8 @@
 use super::super::params::Domain;
 use super::super::sums::ParticleSums;
 use super::law;
-use super::state::{Cold, Hot, strains, unpack_cell};
-use glam::{DVec3, IVec3};
+use super::state::{Cold, Hot, strains};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Particles per task of what goes once over all of them: sums' order must not depend on the number of
@@ -28,7 +28,7 @@ fn sums_of_chunk(domain: &Domain, hot: &[Hot], cold: &[Cold]) -> ParticleSums {
             let volume = f64::from(c.rest_volume);
             let v = DVec3::from_array(h.velocity.map(f64::from));
             let a = h.affine.map(|c| DVec3::from_array(c.map(f64::from)));
-            let x = IVec3::from_array(unpack_cell(h.cell)).as_dvec3() + DVec3::from_array(h.offset.map(f64::from));
+            let x = h.place();
             let curl = DVec3::new(a[1].z - a[2].y, a[2].x - a[0].z, a[0].y - a[1].x);
             let j = f64::from(trace.0[k]).exp();
             s.count += 1;

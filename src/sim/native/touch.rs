@@ -5,8 +5,8 @@ use super::super::params::Domain;
 use super::super::patch::{Gather, Seen};
 use super::super::tool::ToolPath;
 use super::super::touch::ToolTouch;
-use super::state::{Cold, Hot, State, unpack_cell};
-use glam::{DMat3, DVec3, IVec3};
+use super::state::{Cold, Hot, State};
+use glam::{DMat3, DVec3};
 
 /// What each tool of the plan meets at the frame's end.
 pub(super) fn touches(plan: &FramePlan, domain: &Domain, state: &State, tools: &[ToolReport]) -> Vec<ToolTouch> {
@@ -31,7 +31,7 @@ fn seen(hot: &Hot, cold: &Cold, domain: &Domain, (tool, sheet): (u32, u8)) -> Se
     let [xx, yy, zz, xy, xz, yz] = hot.strain.map(f64::from);
     Seen {
         id: cold.id,
-        position: IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from)),
+        position: hot.place(),
         volume: f64::from(cold.rest_volume) / domain.cell_width.powi(3),
         strain: DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)),
         hardening: f64::from(hot.hardening),

@@ -138,6 +138,11 @@ impl NearWall {
         self.kind == Wall::Separate
     }
 
+    /// Whether it holds clay that has noted these walls.
+    pub(super) fn holds(&self, noted: u32) -> bool {
+        !self.is_separating() && noted & self.bit() != 0
+    }
+
     /// Whether clay of rest volume `volume` [cells^3] has arrived at `at`, or had if it `was_noted` and not
     /// left since, at a wall that holds it.
     pub(super) fn has_arrived(&self, at: DVec3, volume: f64, was_noted: bool) -> bool {

@@ -9,7 +9,7 @@ mod weld;
 
 pub use bodies::{bodies, found_bodies};
 pub use flank::{worked_flanks, worked_flanks_in_implicit_steps};
-pub use implicit::{implicit_blades, implicit_cuts, implicit_steps, lost, withdrawn};
+pub use implicit::{fallen, implicit_blades, implicit_cuts, implicit_steps, lost, withdrawn};
 pub use press::{
     assert_anchors_end_where_the_touch_does, assert_sides_end_where_the_plate_does, found_tools, solid_tools, thin_plates,
     tools_in_a_corner, walls_in_a_corner,

@@ -1,5 +1,5 @@
-//! Tools and separating walls press on particles at the step's end, in cells, steps and eighths of a full
-//! cell's mass; in f64, one particle after the other.
+//! Tools, and walls that do not hold it, press on clay at the step's end, in cells, steps and eighths of a
+//! full cell's mass; in f64, one particle after the other.
 
 use super::super::super::ahead::ClayAhead;
 use super::super::super::coefficients::ContactCoefficients;
@@ -10,14 +10,14 @@ use super::super::super::snapshot::{ANCHORS_MAX, Anchor};
 use super::super::super::tool::{Blade, Contact};
 use super::super::contact::ToolNow;
 use super::super::grid_step::GridReport;
-use super::super::state::{Cold, Hot, unpack_cell};
+use super::super::state::{Cold, Hot};
 use super::super::walls::NearWall;
 use glam::{DMat3, DVec3, IVec3};
 
 /// Of a clearance [cells]: coordinates of some hundred cells are f32.
 const ROUNDING: f64 = 1e-3;
 
-/// The tools and the separating walls near a block.
+/// The tools and the walls near a block.
 #[derive(Debug)]
 pub(super) struct Near<'a> {
     /// The solid ones.
@@ -55,7 +55,7 @@ impl<'a> Near<'a> {
             Some((index, tool, blade))
         };
         let blades: Vec<_> = all.iter().enumerate().filter_map(blade).collect();
-        let walls: Vec<_> = NearWall::of(block, domain).into_iter().filter(NearWall::is_separating).collect();
+        let walls = NearWall::of(block, domain);
         let is_any = !tools.is_empty() || !blades.is_empty() || !walls.is_empty();
         is_any.then_some(Self { tools, blades, walls, springs, ahead })
     }
@@ -64,7 +64,7 @@ impl<'a> Near<'a> {
     /// way at most, and what clings is touched until it lets go.
     #[expect(clippy::cast_possible_truncation, reason = "a bound, with room for rounding")]
     pub(super) fn clearance(&self, hot: &Hot, cold: &Cold) -> f32 {
-        let start = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        let start = hot.place();
         let reach = reach(f64::from(hot.mass) / 8.0);
         let bond = if cold.anchors.iter().any(|anchor| anchor.get().is_some()) { BOND_REACH } else { 0.0 };
         let tools = self.tools.iter().map(|(_, tool)| tool.shape.distance(tool.motion.end.to_local(start)) - reach - bond);
@@ -79,7 +79,7 @@ impl<'a> Near<'a> {
                 blade.distance_least(side, start) - reach - bond
             }
         });
-        let walls = self.walls.iter().map(|wall| wall.distance(start) - reach);
+        let walls = self.walls.iter().filter(|wall| !wall.holds(cold.walls)).map(|wall| wall.distance(start) - reach);
         (tools.chain(blades).chain(walls).fold(f64::INFINITY, f64::min) - ROUNDING) as f32
     }
 
@@ -92,8 +92,7 @@ impl<'a> Near<'a> {
         is_stiffness_asked: bool,
         end: Option<(&mut Cold, &mut GridReport)>,
     ) -> Press {
-        let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
-        let start = cell + DVec3::from_array(hot.offset.map(f64::from));
+        let start = hot.place();
         let mass = f64::from(hot.mass);
         let asked = match (is_stiffness_asked, &end) {
             (true, _) => Asked::Stiffness,
@@ -119,8 +118,7 @@ impl<'a> Near<'a> {
 
     /// How stiffly solid tools and walls press on a particle where it stands [1/step].
     pub(super) fn stiffness_still(&self, (hot, cold): (&Hot, &Cold)) -> [[f32; 3]; 2] {
-        let cell = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3();
-        let start = cell + DVec3::from_array(hot.offset.map(f64::from));
+        let start = hot.place();
         let mass = f64::from(hot.mass);
         let mut sum = Sum { volume: mass / 8.0, asked: Asked::Stiffness, stiffness: DMat3::ZERO, ..Sum::default() };
         self.by_tools(cold, [start; 2], &mut sum);
@@ -220,7 +218,7 @@ impl<'a> Near<'a> {
 
     fn by_walls(&self, cold: &Cold, [start, at]: [DVec3; 2], sum: &mut Sum<'a>) {
         let reach = reach(sum.volume);
-        for wall in &self.walls {
+        for wall in self.walls.iter().filter(|wall| !wall.holds(cold.walls)) {
             let [gap_before, gap] = [start, at].map(|x| wall.distance(x) - reach);
             let contact = Contact::Separate { friction: 0.0 };
             let surface = Surface { contact, gap, normal: wall.normal(), leaving: gap - gap_before };
@@ -230,14 +228,14 @@ impl<'a> Near<'a> {
             sum.force += touch.force;
             sum.add_stiffness(&springs, &surface, at, anchor, touch.force);
             sum.on_walls += touch.force;
-            sum.walls |= if touch.anchor.is_some() { wall.bit() } else { 0 };
+            sum.walls |= if wall.is_separating() && touch.anchor.is_some() { wall.bit() } else { 0 };
         }
     }
 }
 
-/// Bits of these walls.
+/// Bits of those of these walls that clay can leave.
 fn separating(walls: &[NearWall]) -> u32 {
-    walls.iter().map(NearWall::bit).sum()
+    walls.iter().filter(|wall| wall.is_separating()).map(NearWall::bit).sum()
 }
 
 /// What is to be found: the force alone, how stiff it is too, or by which tools it is. Most evaluations need

@@ -76,6 +76,8 @@ pub(super) struct Evaluation {
 pub(super) enum Purpose {
     /// The step's first finds how volumes are shared, and how stiff contact is.
     Begin,
+    /// One within finds how stiff contact is there.
+    Anew,
     /// Nothing else.
     Search,
     /// The last that is planned finds what contact brings, by which the step is judged.
@@ -335,11 +337,11 @@ impl<'a> Presses<'a> {
             if f64::from(eight.clear.0[k]) > moved.length() {
                 continue;
             }
-            let begins = self.purpose == Purpose::Begin;
-            let press = self.near.press((hot, cold), moved, begins, None);
+            let is_stiffness = matches!(self.purpose, Purpose::Begin | Purpose::Anew);
+            let press = self.near.press((hot, cold), moved, is_stiffness, None);
             (0..3).for_each(|d| push[d].0[k] = press.velocity[d] * hot.mass);
             let Some(contact) = self.contact.as_deref_mut() else { continue };
-            let found = match begins {
+            let found = match is_stiffness {
                 // What motion as it was leads away from a tool may well meet it, as stiffly as where it
                 // stands.
                 true if press.stiffness == [[0.0; 3]; 2] => self.near.stiffness_still((hot, cold)),

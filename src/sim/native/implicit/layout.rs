@@ -203,3 +203,71 @@ impl Index {
         self.find(block, key).or_else(|| self.find(block, key.without_sides()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::super::snapshot::Tag;
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// The node of these coordinates in its block.
+    fn node(at: IVec3) -> u32 {
+        at.rem_euclid(IVec3::splat(4)).dot(IVec3::new(16, 4, 1)).cast_unsigned()
+    }
+
+    /// Coordinates of the nodes that stand next to these along an axis.
+    fn next_to(all: &BTreeSet<[i32; 3]>) -> BTreeSet<[i32; 3]> {
+        let ways = [IVec3::X, IVec3::Y, IVec3::Z].into_iter().flat_map(|way| [way, -way]);
+        all.iter().flat_map(|at| ways.clone().map(|way| (IVec3::from_array(*at) + way).to_array())).collect()
+    }
+
+    /// Whatever node it is, those beside it in its block and in the six about it are its six neighbours.
+    #[test]
+    fn six_nodes_are_beside_one() {
+        for k in 0..64 {
+            let at = IVec3::new(k >> 4, k >> 2 & 3, k & 3);
+            let expected = next_to(&[at.to_array()].into());
+            let mut found = BTreeSet::new();
+            for offset in NEIGHBOURS.into_iter().filter(|offset| offset.length_squared() <= 1) {
+                let nodes = beside(1 << k, offset);
+                let of_block =
+                    (0..64).filter(|k| nodes >> k & 1 == 1).map(|k| 4 * offset + IVec3::new(k >> 4, k >> 2 & 3, k & 3));
+                found.extend(of_block.map(|at| at.to_array()));
+            }
+            assert_eq!(found, expected, "node {k}");
+        }
+    }
+
+    /// What hangs together does so from node to node, over blocks, and over classes that share a node; what
+    /// only shares a block with it, or touches it corner to corner, does not.
+    #[test]
+    fn clay_hangs_together_from_node_to_node() {
+        let key = |side| ClassKey::new(0, [Tag { sheet: 1, side }, Tag::default()]);
+        let places = [(0, ClassKey::FIRST), (1, ClassKey::FIRST), (1, key(1)), (1, key(-1)), (2, ClassKey::FIRST), (2, key(-1))];
+        let slots: Vec<Place> = places.map(|(x, key)| Place { block: IVec3::X * x, key }).to_vec();
+        // By slot. From the first block clay goes on into the second, where a class at the node with x = 5
+        // takes over; x = 7 and the third block are beyond a gap but for the other class at y = 3.
+        let nodes: [&[[i32; 3]]; 6] =
+            [&[[2, 0, 0], [3, 0, 0]], &[[4, 0, 0], [7, 0, 0]], &[[4, 0, 0], [5, 0, 0]], &[[6, 1, 0]], &[[8, 0, 0]], &[[8, 3, 3]]];
+        let has = nodes.map(|nodes| nodes.iter().fold(0, |has, at| has | 1 << node(IVec3::from_array(*at))));
+        let mut index = Index::default();
+        index.rebuild(&slots);
+        let mut layout = Layout { slots, ..Layout::default() };
+        layout.find_neighbours(&index);
+        let reached = |chosen: usize| {
+            let chosen: Vec<bool> = (0..6).map(|slot| slot == chosen).collect();
+            let found = layout.hanging_together(&index, &has, &chosen);
+            let all = found.into_iter().zip(places).flat_map(|(nodes, (x, _))| {
+                let at = move |k: u32| (k >> 4) as i32 + 4 * x;
+                (0..64).filter(move |k| nodes >> k & 1 == 1).map(move |k| [at(k), (k >> 2 & 3) as i32, (k & 3) as i32])
+            });
+            all.collect::<BTreeSet<_>>()
+        };
+        let together = [[2, 0, 0], [3, 0, 0], [4, 0, 0], [5, 0, 0]];
+        assert_eq!(reached(0), together.into());
+        // Of a block that is touched all of its clay is, and what hangs together with any.
+        let touched = [[6, 1, 0], [7, 0, 0], [8, 0, 0]];
+        assert_eq!(reached(3), together.into_iter().chain(touched).collect());
+        assert_eq!(reached(5), [[7, 0, 0], [8, 0, 0], [8, 3, 3]].into());
+    }
+}

@@ -2,7 +2,7 @@
 //! V-cycle, full steps, guarded by slopes.
 
 use super::super::super::health::Health;
-use super::super::super::implicit::{CUT, OVERTIME, PAIRS, RESIDUAL_LOST};
+use super::super::super::implicit::{CUT, OVERTIME, PAIRS, RESIDUAL_LOST, longer};
 use super::System;
 use super::kernel::Purpose;
 use super::search::{Search, Tried};
@@ -65,10 +65,15 @@ impl System<'_> {
         }
     }
 
-    /// The slope at u: of `passes` evaluations the next.
-    fn evaluate_next(&mut self, passes: u32, least: &mut Least) -> bool {
+    /// The slope at u: of `passes` evaluations the next. Where `is_anew` the preconditioner is set up there,
+    /// unless it is the last.
+    fn evaluate_next(&mut self, is_anew: bool, passes: u32, least: &mut Least) -> bool {
         least.passes += 1;
-        self.evaluate(if least.passes == passes { Purpose::Judge } else { Purpose::Search })
+        self.evaluate(match () {
+            () if least.passes == passes => Purpose::Judge,
+            () if is_anew => Purpose::Anew,
+            () => Purpose::Search,
+        })
     }
 
     /// Keeps the step and the change of the slope, of what is searched.
@@ -101,7 +106,7 @@ impl System<'_> {
         }
         std::mem::swap(&mut self.search.before, &mut self.u);
         self.go();
-        let is_sound = self.evaluate_next(passes, least);
+        let is_sound = self.evaluate_next(false, passes, least);
         let tried = self.judge();
         if is_sound && tried.slope <= -back {
             self.accept();
@@ -114,43 +119,59 @@ impl System<'_> {
         }
     }
 
-    /// Goes the step, which goes down by `slope`, cut until the potential falls, and short of where sides of
-    /// cuts would pass through each other; none, with `u` as it was, when the passes are used up, or where
-    /// pairs have led too far.
-    #[expect(clippy::cast_possible_truncation, reason = "vectors are f32")]
+    /// Goes the step, which goes down by `slope`, on while that hardly changes, or cut until the potential
+    /// falls, and short of where sides of cuts would pass through each other; none, with `u` where it is
+    /// lowest, when the passes are used up, or where pairs have led too far. Where the preconditioner has, it
+    /// did not know what is met there, and is set up anew.
     fn descend(&mut self, mut slope: f64, passes: u32, least: &mut Least) -> Option<Tried> {
         std::mem::swap(&mut self.search.before, &mut self.u);
+        // How many times as far as the step the last led that was rejected.
+        let (mut is_anew, mut beyond) = (false, f64::INFINITY);
         while least.passes < passes {
             self.go();
             let is_bounded = self.sides.close(&mut self.u);
             if is_bounded {
                 self.search.take_way(&self.u);
             }
-            let is_sound = self.evaluate_next(passes, least);
+            let is_sound = self.evaluate_next(is_anew, passes, least);
             let tried = self.judge();
             let rubbed = self.sides.work(&self.search.step);
             let old = if is_bounded { dot(&self.search.step, &self.accepted.residual) + rubbed } else { slope };
             let new = tried.slope + rubbed;
             if is_sound && new <= -old {
-                return Some(tried);
+                let by = longer([old, new], beyond).filter(|_| self.sides.is_empty() && least.passes < passes);
+                let Some(by) = by else { return Some(tried) };
+                self.accept();
+                std::mem::swap(&mut self.search.before, &mut self.u);
+                (slope, is_anew, beyond) = (self.scale_step(by), false, (beyond - 1.0) / by);
+                continue;
             }
             least.rejected += 1;
             let short = if is_sound { old / (old - new) } else { 0.5 * (CUT[0] + CUT[1]) };
             if is_bounded {
                 self.search.take_step_again();
             }
-            if short < CUT[0] && self.sides.is_empty() && !self.search.pairs.is_empty() {
+            let is_lost = short < CUT[0] && self.sides.is_empty();
+            if is_lost && (is_anew || !self.search.pairs.is_empty()) {
                 break;
             }
-            let (cut, accepted) = (short.clamp(CUT[0], CUT[1]) as f32, &self.accepted.residual);
-            [slope] = sum_each(&mut self.search.step, |slot, step| {
-                step.flat_mut().iter_mut().for_each(|s| *s *= cut);
-                [dot_of(step, &accepted[slot])]
-            });
-            slope += self.sides.work(&self.search.step);
+            is_anew = is_lost;
+            let cut = short.clamp(CUT[0], CUT[1]);
+            (slope, beyond) = (self.scale_step(cut) + self.sides.work(&self.search.step), 1.0 / cut);
         }
         std::mem::swap(&mut self.search.before, &mut self.u);
         None
+    }
+
+    /// Makes the step so many times as long. Returns its product with the residual.
+    #[expect(clippy::cast_possible_truncation, reason = "vectors are f32")]
+    fn scale_step(&mut self, by: f64) -> f64 {
+        let accepted = &self.accepted.residual;
+        let [slope] = sum_each(&mut self.search.step, |slot, step| {
+            step.flat_mut().iter_mut().for_each(|s| *s *= by as f32);
+            [dot_of(step, &accepted[slot])]
+        });
+        slope
     }
 
     /// The change of the residual along the step, and its sums.

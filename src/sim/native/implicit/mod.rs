@@ -162,8 +162,8 @@ pub(super) fn step(
 }
 
 impl System<'_> {
-    /// The slope at u; in the first evaluation also the preconditioner, by the contacts there, in the last
-    /// that is planned what R is judged by. False if a cell is turned inside out.
+    /// The slope at u; in the first evaluation, and anew, also the preconditioner, by the contacts there, in
+    /// the last that is planned what R is judged by. False if a cell is turned inside out.
     fn evaluate(&mut self, purpose: Purpose) -> bool {
         self.set_rows();
         let (pass, layout) = (&self.pass, self.pass.layout);
@@ -188,7 +188,7 @@ impl System<'_> {
             nodes.subtract_from_inertia(slot, &u[slot], residual);
         }
         match purpose {
-            Purpose::Begin => self.precondition(),
+            Purpose::Begin | Purpose::Anew => self.precondition(),
             Purpose::Search => {}
             Purpose::Judge => self.scale = self.find_scale(),
         }

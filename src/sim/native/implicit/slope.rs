@@ -11,7 +11,7 @@ use super::super::particle_step::ParticleStep;
 use super::super::passes::{Work, make_room, work};
 use super::super::shares::for_each_in_shares;
 use super::super::simd::{F8, Node};
-use super::super::state::{Cold, Hot, NEIGHBOURS, State, split, unpack_cell};
+use super::super::state::{Cold, Hot, NEIGHBOURS, State, split};
 use super::super::step::Step;
 use super::super::walls::{Arrivals, NearWall};
 use super::contact::Near;
@@ -119,7 +119,9 @@ fn find_clearances(near: Option<&Near<'_>>, (hot, cold): (&[Hot], &[Cold]), clas
     }
 }
 
-/// Notes at which walls that hold clay particles arrive by the step's middle, and marks the nodes there.
+/// Notes at which walls that hold clay particles stand as the step begins, and marks the nodes there. What
+/// comes to a wall within the step meets it as one that clay can leave, and has arrived where the step ends:
+/// nodes that hold it would stop it where it was.
 fn arrive(block: IVec3, domain: &Domain, spot: &Spot<'_>, hot: &[Hot], cold: &mut [Cold], arrivals: &Arrivals) {
     let walls: Vec<NearWall> = NearWall::of(block, domain).into_iter().filter(|wall| !wall.is_separating()).collect();
     if walls.is_empty() {
@@ -127,13 +129,12 @@ fn arrive(block: IVec3, domain: &Domain, spot: &Spot<'_>, hot: &[Hot], cold: &mu
     }
     for (hot, cold) in hot.chunks(8).zip(cold.chunks_mut(8)) {
         let middles = eights::middles(hot, spot);
-        for ((hot, cold), at) in hot.iter().zip(cold).zip(middles) {
-            let at = DVec3::from_array(at);
+        for ((hot, cold), middle) in hot.iter().zip(cold).zip(middles) {
             for wall in &walls {
                 let was_noted = cold.walls & wall.bit() != 0;
-                if was_noted || wall.has_arrived(at, f64::from(hot.mass) / 8.0, was_noted) {
+                if was_noted || wall.has_arrived(hot.place(), f64::from(hot.mass) / 8.0, was_noted) {
                     cold.walls |= wall.bit();
-                    wall.mark(at, arrivals);
+                    wall.mark(DVec3::from_array(middle), arrivals);
                 }
             }
         }
@@ -144,7 +145,7 @@ fn arrive(block: IVec3, domain: &Domain, spot: &Spot<'_>, hot: &[Hot], cold: &mu
 fn settle(block: IVec3, domain: &Domain, hot: &[Hot], cold: &mut [Cold]) {
     let walls = NearWall::of(block, domain);
     for (hot, cold) in hot.iter().zip(cold) {
-        let at = IVec3::from_array(unpack_cell(hot.cell)).as_dvec3() + DVec3::from_array(hot.offset.map(f64::from));
+        let at = hot.place();
         let mut noted = 0;
         for wall in &walls {
             let was_noted = cold.walls & wall.bit() != 0;

@@ -175,18 +175,19 @@ impl Press {
         for (number, kind) in domain.walls.low.into_iter().chain(domain.walls.high).enumerate() {
             let axis = number % 3;
             let (face, normal) = if number < 3 { (low, DVec3::AXES[axis]) } else { (high, -DVec3::AXES[axis]) };
-            if kind != Wall::Separate {
+            let (can_leave, was_noted) = (kind == Wall::Separate, particle.walls >> number & 1 == 1);
+            if !can_leave && was_noted {
                 continue;
             }
             let [gap_before, gap] = [start, at].map(|x| (x - face).dot(normal) - reach);
             let contact = Contact::Separate { friction: 0.0 };
             let surface = Surface { contact, gap, normal, leaving: (gap - gap_before) / around.plan.dt };
-            let anchor = (particle.walls >> number & 1 == 1).then_some(at);
+            let anchor = was_noted.then_some(at);
             let Some(touch) = springs.touch(&surface, at, anchor) else { continue };
             self.force += touch.force;
             self.stiffness += springs.stiffness(&surface, at, anchor, touch.force);
             self.on_walls += touch.force;
-            self.walls |= u32::from(touch.anchor.is_some()) << number;
+            self.walls |= u32::from(can_leave && touch.anchor.is_some()) << number;
         }
     }
 

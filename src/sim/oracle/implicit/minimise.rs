@@ -5,8 +5,11 @@
 //! energies: along a step s from slope g to slope g' the potential changes by `(g + g') . s / 2` up to third
 //! order, so a step that would raise it is one with `g' . s > -g . s`. It is then cut to where the slopes'
 //! line crosses 0, and tried again. Where that is less than the least cut, the pairs are of other clay than
-//! there is (that flowed, and now springs back: a step of 4 cells where .01 was right), and are forgotten;
-//! not in cut clay, whose sides close and open meanwhile.
+//! there is (that flowed, and now springs back: a step of 4 cells where .01 was right), and are forgotten; a
+//! step without pairs met what the cycle did not know (clay a hair above a floor, which gravity takes four
+//! cells further), and the cycle is made anew where the cut step leads. A step along which the slope hardly
+//! changes goes on, longer, at most half of the way to where one was rejected, and makes no pair. None of
+//! this in cut clay, whose sides close and open meanwhile.
 //! What was last accepted is the answer; where it is lost still, judged by the forces at the last evaluation,
 //! there are as many passes again.
 //!
@@ -17,7 +20,7 @@
 //! The sides of kept cuts bound where it may go ([`pairs`](super::pairs)): each place is made a possible one,
 //! and what closed pairs hold is searched no further.
 
-use super::super::super::implicit::{CURVATURE_MIN, CUT, OVERTIME, PAIRS, RESIDUAL_LOST};
+use super::super::super::implicit::{CURVATURE_MIN, CUT, OVERTIME, PAIRS, RESIDUAL_LOST, longer};
 use super::multigrid::Multigrid;
 use super::pairs::Pairs;
 use super::residual::{Slope, System, dot};
@@ -36,9 +39,16 @@ pub(super) struct Least {
     pub(super) rejected: u32,
 }
 
+/// The preconditioner, and how it is made with the contacts at some displacements.
+struct Cycle<'a> {
+    now: Multigrid,
+    at: &'a dyn Fn(&[DVec3]) -> Multigrid,
+}
+
 /// Goes down from `guess`, which is a possible one, with at most `passes` evaluations, [`OVERTIME`] times as
 /// many where they leave it lost.
-pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>, passes: u32) -> Least {
+pub(super) fn minimise(system: &System<'_>, cycle_at: &dyn Fn(&[DVec3]) -> Multigrid, guess: Vec<DVec3>, passes: u32) -> Least {
+    let mut cycle = Cycle { now: cycle_at(&guess), at: cycle_at };
     let mut pairs = system.pairs.clone();
     let slope = system.slope(&guess);
     let mut least = Least { u: guess, slope, scale: f64::INFINITY, passes: 1, rejected: 0 };
@@ -55,10 +65,10 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
     if least.passes == 1 && passes > 1 {
         known.extend(try_still(system, &mut pairs, &mut least));
     }
-    go_down(system, cycle, &mut pairs, &mut known, &mut least, passes);
+    go_down(system, &mut cycle, &mut pairs, &mut known, &mut least, passes);
     let residual = searched(&pairs, &least.slope.residual);
     if dot(&residual, &residual).sqrt() > RESIDUAL_LOST * least.scale {
-        go_down(system, cycle, &mut pairs, &mut known, &mut least, OVERTIME * passes);
+        go_down(system, &mut cycle, &mut pairs, &mut known, &mut least, OVERTIME * passes);
     }
     least.slope.residual = searched(&pairs, &least.slope.residual);
     least
@@ -67,7 +77,7 @@ pub(super) fn minimise(system: &System<'_>, cycle: &Multigrid, guess: Vec<DVec3>
 /// Steps until there were `passes` evaluations.
 fn go_down(
     system: &System<'_>,
-    cycle: &Multigrid,
+    cycle: &mut Cycle<'_>,
     pairs: &mut Pairs,
     known: &mut Vec<[Vec<DVec3>; 2]>,
     least: &mut Least,
@@ -75,12 +85,12 @@ fn go_down(
 ) {
     while least.passes < passes {
         let residual = searched(pairs, &least.slope.residual);
-        let mut step = direction(known, cycle, pairs, &residual);
+        let mut step = direction(known, &cycle.now, pairs, &residual);
         if dot(&step, &residual) >= 0.0 {
             known.clear();
-            step = direction(known, cycle, pairs, &residual);
+            step = direction(known, &cycle.now, pairs, &residual);
         }
-        let Some((slope, u)) = descend(system, pairs, least, step, (passes, !known.is_empty())) else {
+        let Some((slope, u)) = descend(system, cycle, pairs, least, step, (passes, !known.is_empty())) else {
             known.clear();
             continue;
         };
@@ -133,10 +143,12 @@ fn searched(pairs: &Pairs, slope: &[DVec3]) -> Vec<DVec3> {
     pairs.without_reactions(slope)
 }
 
-/// The slope after the step, and where that leads, cut until the potential falls; none when the passes are
-/// used up, or where pairs have led too far.
+/// The slope after the step, and where that leads: on while the slope hardly changes, which `least` takes
+/// meanwhile, or cut until the potential falls; none when the passes are used up, or where pairs have led too
+/// far.
 fn descend(
     system: &System<'_>,
+    cycle: &mut Cycle<'_>,
     pairs: &Pairs,
     least: &mut Least,
     mut step: Vec<DVec3>,
@@ -144,25 +156,38 @@ fn descend(
 ) -> Option<(Slope, Vec<DVec3>)> {
     let mut start = least.slope.residual.clone();
     pairs.rub(&mut start);
+    // How many times as far as the step the last led that was rejected.
+    let (mut is_anew, mut beyond) = (false, f64::INFINITY);
     while least.passes < passes {
         let mut there: Vec<DVec3> = least.u.iter().zip(&step).map(|(u, step)| *u + *step).collect();
         pairs.close(&mut there);
         let slope = system.slope(&there);
         (least.passes, least.scale) = (least.passes + 1, slope.scale);
+        if is_anew && least.passes < passes {
+            cycle.now = (cycle.at)(&there);
+        }
         let way = difference(&there, &least.u);
         let mut end = slope.residual.clone();
         pairs.rub(&mut end);
         let (before, after) = (dot(&way, &start), dot(&way, &end));
         if slope.is_sound && after <= -before {
-            return Some((slope, there));
+            let by = longer([before, after], beyond).filter(|_| pairs.is_empty() && least.passes < passes);
+            let Some(by) = by else { return Some((slope, there)) };
+            (least.u, least.slope, start) = (there, slope, end);
+            (is_anew, beyond) = (false, (beyond - 1.0) / by);
+            step.iter_mut().for_each(|step| *step *= by);
+            continue;
         }
         least.rejected += 1;
         let short = if slope.is_sound { before / (before - after) } else { 0.5 * (CUT[0] + CUT[1]) };
-        if short < CUT[0] && pairs.is_empty() && has_pairs {
+        let is_lost = short < CUT[0] && pairs.is_empty();
+        if is_lost && (is_anew || has_pairs) {
             return None;
         }
+        is_anew = is_lost;
         let cut = short.clamp(CUT[0], CUT[1]);
         step.iter_mut().for_each(|step| *step *= cut);
+        beyond = 1.0 / cut;
     }
     None
 }

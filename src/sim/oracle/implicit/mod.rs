@@ -54,8 +54,8 @@ pub(super) fn step(
     let fields = scatter_fields(particles, &around);
     let mut moved = vec![];
     with_system(particles, &fields, &around, |system, guess| {
-        let cycle = Multigrid::new(system.finest(&fields.0, guess));
-        let least = minimise::minimise(system, &cycle, guess.to_vec(), passes);
+        let cycle_at = |u: &[DVec3]| Multigrid::new(system.finest(&fields.0, u));
+        let least = minimise::minimise(system, &cycle_at, guess.to_vec(), passes);
         moved = system.end(&least.u, &least.slope, frame);
         frame.passes += least.passes;
         frame.rejected += least.rejected;
@@ -108,7 +108,8 @@ fn scatter(particles: &mut [Particle], around: &Surroundings) -> Grid {
     let (cell_width, density) = (around.domain.cell_width, around.plan.inertial_density());
     for particle in particles {
         let middle = residual::middle(particle, around);
-        particle.walls |= walls::is_arrived(particle, middle, around);
+        // What comes to a wall within the step meets it as one that clay can leave, and arrives as it ends.
+        particle.walls |= walls::is_arrived(particle, particle.position, around);
         let (mass, key) = (density * particle.rest_volume, particle.key());
         for touch in stencil(middle) {
             let Some(index) = grid.index(touch.node) else { continue };

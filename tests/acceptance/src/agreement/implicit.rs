@@ -64,6 +64,16 @@ pub fn withdrawn() -> Agreement {
     held("implicit, a ball that goes back".into(), s, p, 0)
 }
 
+/// A block close above a floor, which gravity takes four cells down in a step: the first direction leads far
+/// below it.
+pub fn fallen(floor: Wall) -> Agreement {
+    let mut s = block(IVec3::new(5, 4, 6), 0.3, floor_walls(floor), soft());
+    let integrator = Integrator::Implicit { passes: 15 };
+    let p = FramePlan { dt: (4.0 * CELL / 9.81).sqrt(), steps: 1, integrator, gravity: DVec3::NEG_Y * 9.81, ..steps(&s) };
+    velocities(&mut s, |at| 0.1 * CELL / p.dt * DVec3::new((at.y / 3.0).sin(), 0.0, (at.x / 5.0).sin()));
+    held(format!("implicit, a block that falls on a floor: {floor:?}"), s, p, 0)
+}
+
 /// A ball with each contact, on each floor, and clay that a floor stops.
 pub fn implicit_steps() -> Vec<Agreement> {
     let of = |floor: Wall, contact: Contact| {
