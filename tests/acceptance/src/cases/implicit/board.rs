@@ -51,26 +51,40 @@ fn pressed(clay: &Snapshot, edge: i32, speed: f64, integrator: IntegratorChoice)
 /// By how much a hand tells forces apart [%] (Pang, Tan and Durlach 1991).
 const FELT: f64 = 7.0;
 
-/// The force against that of explicit steps: in the mean over the stroke, and of any frame.
+/// By how much forces are off those of explicit steps [%], in the mean over the stroke and at most: of what
+/// makes times \[s\] and forces \[N\] with an integrator.
+pub(super) fn off(of: impl Fn(IntegratorChoice) -> Vec<[f64; 2]> + Sync) -> [f64; 2] {
+    let (exact, found) = rayon::join(|| of(IntegratorChoice::Explicit), || of(IntegratorChoice::Implicit));
+    let at = |time: f64| {
+        let next = exact.partition_point(|e| e[0] < time).clamp(1, exact.len() - 1);
+        let [a, b] = [exact[next - 1], exact[next]];
+        a[1] + (b[1] - a[1]) * ((time - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0)
+    };
+    let off: Vec<f64> = found.iter().map(|[time, force]| 100.0 * (force / at(*time) - 1.0).abs()).collect();
+    let rms = (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt();
+    [rms, off.into_iter().fold(0.0, greater)]
+}
+
+/// The greater; what is no number is greater than all.
+pub(super) fn greater(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
+/// The rows of what is so far off.
+pub(super) fn rows(name: &str, [rms, most]: [f64; 2]) -> [Row; 2] {
+    [
+        Row::at_most(format!("implicit, {name}: force off by"), rms, "%", 3.0),
+        Row::at_most(format!("implicit, {name}: force of any frame off by"), most, "%", FELT),
+    ]
+}
+
+/// The board's force against that of explicit steps.
 pub fn boards(size: Size) -> Vec<Row> {
     let edge = size.pick(6, 12, 16);
     let clay = clay(edge);
-    let rows = |speed: &f64| {
-        let of = |integrator| pressed(&clay, edge, *speed, integrator);
-        let (exact, found) = rayon::join(|| of(IntegratorChoice::Explicit), || of(IntegratorChoice::Implicit));
-        let at = |time: f64| {
-            let next = exact.partition_point(|e| e[0] < time).clamp(1, exact.len() - 1);
-            let [a, b] = [exact[next - 1], exact[next]];
-            a[1] + (b[1] - a[1]) * ((time - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0)
-        };
-        let off: Vec<f64> = found.iter().map(|[time, force]| 100.0 * (force / at(*time) - 1.0).abs()).collect();
-        let rms = (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt();
-        let most = off.iter().fold(0.0, |most: f64, off| if off.is_nan() { *off } else { most.max(*off) });
-        let name = format!("implicit, board at {} mm/s", 1e3 * speed);
-        [
-            Row::at_most(format!("{name}: force off by"), rms, "%", 3.0),
-            Row::at_most(format!("{name}: force of any frame off by"), most, "%", FELT),
-        ]
+    let of_speed = |speed: &f64| {
+        let off = off(|integrator| pressed(&clay, edge, *speed, integrator));
+        rows(&format!("board at {} mm/s", 1e3 * speed), off)
     };
-    SPEEDS.par_iter().flat_map_iter(rows).collect()
+    SPEEDS.par_iter().flat_map_iter(of_speed).collect()
 }

@@ -7,7 +7,8 @@
 //! | `free`    | clay that no tool drives, integrated in whichever way         |
 //! | `pressed` | strips, balls and blades: force, ways, volume, passes   |
 //! | `board`   | a board on all of the clay's face, under gravity        |
-//! | `rest`    | tools held and taken away, own weight, flight               |
+//! | `pads`    | a loose block squeezed on a floor without friction           |
+//! | `rest`    | tools held and taken away, own weight, flight, landing      |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
 //! | `planned` | clay whose frames a planner plans                           |
 //! | `scenes`  | scenes drawn by lot                                         |
@@ -15,6 +16,7 @@
 mod board;
 mod compare;
 mod free;
+mod pads;
 mod planned;
 mod pressed;
 mod rest;
@@ -25,8 +27,9 @@ mod stroke;
 pub use board::boards;
 pub use compare::Reference;
 pub use free::{Free, Loose};
+pub use pads::pads;
 pub use pressed::{BUDGETS, Budget, balls, blades, presets, strips};
-pub use rest::{held, released, self_weight, tossed_block, unloading};
+pub use rest::{held, landings, released, self_weight, tossed_block, unloading};
 pub use scenes::scenes;
 pub use several::{determinism, mirrored, sparse};
 pub use stroke::{Pace, Pressed, SAMPLE, Sample, Shape, Stroke, Way, frame_travel};

@@ -4,10 +4,11 @@
 use super::free::{FLIGHT, FRAME, Free, GRAVITY, PRESS, stroke, tossed, turning};
 use super::planned::Planned;
 use super::stroke::{Pace, Pressed, Way, frame_travel};
-use crate::lab::{Lab, Size};
+use crate::lab::{Lab, Size, block, place, room_with, snapshot};
 use crate::report::Row;
+use bevy_clay::sim::penalty::{ARRIVAL_GAP, reach};
 use bevy_clay::sim::prelude::*;
-use glam::DVec3;
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 /// A ball that is held for 0.3 s keeps its force.
@@ -104,4 +105,31 @@ pub fn tossed_block(_: Size) -> Vec<Row> {
         Row::figure("toss by implicit steps alone: momentum off by", bare[0], "relative"),
         Row::figure("toss by implicit steps alone: angular momentum off by", bare[1], "relative"),
     ]
+}
+
+/// From how far above the floor a block falls \[cells\], and in how long steps \[s\].
+const FALLS: [(f64, f64); 4] = [(0.4, 1.0 / 30.0), (0.8, 1.0 / 60.0), (1.5, 1.0 / 120.0), (3.1, 1.0 / 240.0)];
+
+/// How far from where it would touch the lowest clay of a block stands that has fallen on a floor \[cells\].
+fn landed(floor: Wall, (fall, dt): (f64, f64)) -> f64 {
+    let walls = Walls { low: [Wall::Separate, floor, Wall::Separate], high: [Wall::Separate; 3] };
+    let particles = block(DVec3::new(4.0, fall, 4.0), IVec3::splat(4));
+    let clay = snapshot(room_with([12; 3], walls), Preset::SoftClay.material(), particles);
+    let mut lab = Lab::new(&clay, 1.0);
+    lab.plan = FramePlan { dt, gravity: GRAVITY, integrator: Integrator::Implicit { passes: 15 }, ..lab.plan };
+    for _ in 0..(0.3 / dt) as u32 {
+        lab.frame(1);
+    }
+    let lowest = lab.particles().iter().map(|p| place(p).y).fold(f64::INFINITY, f64::min);
+    (lowest - reach(0.125)).abs()
+}
+
+/// Blocks that fall on floors, from several heights in steps of several lengths.
+pub fn landings(_: Size) -> Vec<Row> {
+    let row = |(name, floor)| {
+        let off = FALLS.iter().map(|fall| landed(floor, *fall)).fold(0.0, f64::max);
+        // Where clay has arrived it is held, within this.
+        Row::at_most(format!("implicit, block on a {name} floor: rests off it by"), off, "cells", ARRIVAL_GAP)
+    };
+    [("sticking", Wall::Stick), ("slipping", Wall::Slip), ("separating", Wall::Separate)].map(row).to_vec()
 }
