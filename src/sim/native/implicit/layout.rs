@@ -145,10 +145,6 @@ impl Layout {
     }
 }
 
-/// Finds slots by block and class.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Index(Vec<(u64, ClassKey, u32)>);
-
 /// The nodes next to those of these bits, along an axis, that stand in the block at `offset`: with none those
 /// in the same one.
 fn beside(nodes: u64, offset: IVec3) -> u64 {
@@ -172,6 +168,10 @@ fn packed(block: IVec3) -> u64 {
     let [x, y, z] = block.to_array().map(|c| u64::from((c + (1 << 20)).cast_unsigned()));
     x << 42 | y << 21 | z
 }
+
+/// Finds slots by block and class.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Index(Vec<(u64, ClassKey, u32)>);
 
 impl Index {
     /// Takes other slots.

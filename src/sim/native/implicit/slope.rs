@@ -130,9 +130,9 @@ fn arrive(block: IVec3, domain: &Domain, spot: &Spot<'_>, hot: &[Hot], cold: &mu
     for (hot, cold) in hot.chunks(8).zip(cold.chunks_mut(8)) {
         let middles = eights::middles(hot, spot);
         for ((hot, cold), middle) in hot.iter().zip(cold).zip(middles) {
+            let start = hot.place();
             for wall in &walls {
-                let was_noted = cold.walls & wall.bit() != 0;
-                if was_noted || wall.has_arrived(hot.place(), f64::from(hot.mass) / 8.0, was_noted) {
+                if wall.holds(cold.walls) || wall.has_arrived(start, f64::from(hot.mass) / 8.0, false) {
                     cold.walls |= wall.bit();
                     wall.mark(DVec3::from_array(middle), arrivals);
                 }
