@@ -20,6 +20,20 @@ const RESIDUAL_MIN: f64 = 0.65 * RESIDUAL_MAX;
 /// balance: with 0.65 a cut that plates close bore 0.042 k of what it should not, with this 0.011.
 const RESIDUAL_MIN_PARTED: f64 = 0.5 * RESIDUAL_MAX;
 
+/// What is left out of balance at a node over a cell's face of the clay's strength k [-], beyond which a
+/// frame is poor where no tool touches clay and it hardly moves. By weight alone, of which a cell of 2 mm of
+/// soft clay has 0.7 % of that, the stresses that a blade had left took 300 to 480 passes a frame.
+const STRESS_MAX: f64 = 0.01;
+
+/// Least mass [full cells] that implicit steps are short enough to follow: that of a full particle. Of what
+/// is lighter, the rim of clay that a blade has left, single nodes swing for a dozen frames, at .3 m/s with
+/// all the energy that a cell has at 7 mm/s: by their speed a frame had 24 steps.
+const FOLLOWED_MASS: f64 = 0.125;
+
+/// Kinetic over elastic energy [-] below which clay hardly moves: 5e-6 and less once a blade has left it,
+/// 1e-3 about one that comes out.
+const STILL_RATIO_MAX: f64 = 1e-3;
+
 /// Kinetic over elastic energy [-] up to which clay that a tool moves, and walls bear, is led by it: 0.005
 /// about a ball dragged at 50 mm/s, 1 to 7 of a column that topples beside one, from the first frame on.
 const LED_RATIO_MAX: f64 = 0.05;
@@ -89,7 +103,8 @@ impl Course {
     }
 
     /// Takes what a report says.
-    pub(super) fn note(&mut self, slot: usize, report: &FrameReport, speed: f64) {
+    pub(super) fn note(&mut self, slot: usize, report: &FrameReport, cell_width: f64) {
+        let speed = report.speed(cell_width) / cell_width;
         let is_touched = report.tools.iter().any(|t| t.contacts > 0);
         let is_fast = speed > FLIGHT_SPEED && report.kinetic_ratio() > 1.0;
         self.flies[slot] = !is_touched && (is_fast || report.has_loose_clay == Some(true));
@@ -99,14 +114,31 @@ impl Course {
             let now = self.refinement(slot);
             let is_parted = report.body_max > 0 || report.sheets != SheetSet::default();
             let enough = if is_parted { RESIDUAL_MIN_PARTED } else { RESIDUAL_MIN };
-            self.refinement[slot] = if report.residual > RESIDUAL_MAX || report.redone > 0 {
+            let residual = if is_touched { report.residual } else { self.residual_untouched(report, cell_width) };
+            self.refinement[slot] = if residual > RESIDUAL_MAX || report.redone > 0 {
                 (2 * now).min(REFINEMENT_MAX)
-            } else if report.residual < enough {
+            } else if residual < enough {
                 now / 2
             } else {
                 now
             };
         }
+    }
+
+    /// Speed [m/s] at which [`FOLLOWED_MASS`] has all the energy of motion that a frame ended with.
+    pub(super) fn speed_followed(&self, report: &FrameReport, cell_width: f64) -> f64 {
+        let Some((material, _)) = self.given else { return f64::INFINITY };
+        (2.0 * report.energies.kinetic / (FOLLOWED_MASS * material.density * cell_width.powi(3))).sqrt()
+    }
+
+    /// What is left out of balance in clay that no tool touches [-]: where it hardly moves by weight or by
+    /// strength, whichever is less.
+    fn residual_untouched(&self, report: &FrameReport, cell_width: f64) -> f64 {
+        let Some((material, gravity)) = self.given.filter(|_| report.kinetic_ratio() < STILL_RATIO_MAX) else {
+            return report.residual;
+        };
+        let weight = material.density * gravity.length() * cell_width / material.shear_strength();
+        report.residual * (weight * RESIDUAL_MAX / STRESS_MAX).min(1.0)
     }
 }
 
@@ -215,7 +247,8 @@ mod tests {
     #[test]
     fn poor_frames_are_refined() {
         let mut planner = planner(IntegratorChoice::Implicit);
-        let residual = |residual| move |report: &mut FrameReport| report.residual = residual;
+        let touched = || vec![ToolReport { contacts: 1, ..ToolReport::default() }];
+        let residual = |residual| move |report: &mut FrameReport| (report.residual, report.tools) = (residual, touched());
         let poor: Vec<u32> = (0..8).map(|_| run(&mut planner, &residual(2.0 * RESIDUAL_MAX)).steps).collect();
         assert_eq!(poor, [1, 1, 2, 2, 4, 4, 4, 4]);
         let good: Vec<u32> = (0..8).map(|_| run(&mut planner, &residual(0.1 * RESIDUAL_MAX)).steps).collect();
@@ -225,9 +258,54 @@ mod tests {
         let fair: Vec<u32> = [2.0, 2.0, 0.75, 0.75, 0.75, 0.75, 0.6, 0.6, 0.9, 0.9].map(&mut fairly).to_vec();
         assert_eq!(fair, [1, 1, 2, 2, 2, 2, 2, 2, 1, 1]);
         // So do pieces of clay with somewhat less.
-        let part = |of: f64| move |report: &mut FrameReport| (report.residual, report.body_max) = (of * RESIDUAL_MAX, 1);
+        let part = |of: f64| {
+            move |report: &mut FrameReport| {
+                residual(of * RESIDUAL_MAX)(report);
+                report.body_max = 1;
+            }
+        };
         let parted: Vec<u32> = [2.0, 2.0, 0.6, 0.6, 0.4, 0.4, 0.9, 0.9].map(|of| run(&mut planner, &part(of)).steps).to_vec();
         assert_eq!(parted, [1, 1, 2, 2, 2, 2, 1, 1]);
+    }
+
+    /// Clay that no tool touches and that hardly moves is poor where more than a hundredth of its strength is
+    /// out of balance, however little it weighs; what moves, falls into tools or has no strength beside its
+    /// weight is poor by that.
+    #[test]
+    fn untouched_clay_is_judged_by_its_strength() {
+        let still = Energies { kinetic: 1e-4, elastic: 1.0 };
+        // Of soft clay in cells of 2 mm a cell's weight is .72 % of k.
+        let refined = |residual: f64, energies: Energies, contacts: u64, material: Preset| {
+            let mut planner = planner(IntegratorChoice::Implicit);
+            let mut frame = || {
+                let Decision::Run(plan) = planner.frame(&material.material(), FRAME, &[]) else { panic!("a frame is owed") };
+                planner.sent();
+                let tools = vec![ToolReport { contacts, ..ToolReport::default() }];
+                let mut report = FrameReport { steps: 1, passes: 15, residual, energies, tools, ..FrameReport::new(&plan) };
+                planner.note(&mut report);
+                plan.steps
+            };
+            (0..3).map(|_| frame()).last() > Some(1)
+        };
+        let soft = Preset::SoftClay;
+        assert!(!refined(1.3, still, 0, soft) && refined(1.5, still, 0, soft));
+        assert!(refined(1.3, still, 1, soft), "a tool touches it");
+        assert!(refined(1.3, Energies { kinetic: 0.1, ..still }, 0, soft), "it moves");
+    }
+
+    /// What is lighter than a full particle asks for no shorter steps, however fast it is.
+    #[test]
+    fn steps_follow_what_has_mass() {
+        let mut planner = planner(IntegratorChoice::Implicit);
+        // So much soft clay at 1 m/s, and what gravity adds in the frame between.
+        let moving = |mass: f64| {
+            move |report: &mut FrameReport| {
+                let kinetic = 0.5 * mass * 1700.0 * 0.002f64.powi(3);
+                (report.speed_max, report.energies) = (500.0 * report.dt, Energies { kinetic, elastic: 1.0 });
+            }
+        };
+        let steps = |planner: &mut Planner, mass: f64| (0..3).map(|_| run(planner, &moving(mass)).steps).last();
+        assert_eq!([1.0, 0.125, 0.001].map(|mass| steps(&mut planner, mass)), [Some(20), Some(20), Some(5)]);
     }
 
     /// Clay that stood may rest two frames later, as long as gravity is what it was.

@@ -115,6 +115,9 @@ impl Default for Policy {
 pub struct PlannerState {
     /// Greatest speed [m/s] at the end of frames n and n - 1, by the parity of their ids.
     speeds: [f64; 2],
+    /// The same of what is heavy enough for implicit steps to follow it.
+    #[serde(default)]
+    followed: [f64; 2],
     /// Whether a tool engaged supported clay in these frames.
     engaged: [bool; 2],
     /// Scale of inertia in the last frame reported that ran; 0 before the first.
@@ -163,7 +166,8 @@ impl Planner {
     pub fn new(snapshot: &Snapshot) -> Self {
         let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
         let (sheets, course) = (Sheets::new(snapshot), Course::new());
-        Self::resume(snapshot, PlannerState { speeds: [speed; 2], sheets, course, ..PlannerState::default() })
+        let state = PlannerState { speeds: [speed; 2], followed: [speed; 2], sheets, course, ..PlannerState::default() };
+        Self::resume(snapshot, state)
     }
 
     /// For the clay of `snapshot`, saved where no frame was under way, to go on where the planner stood then.
@@ -205,7 +209,8 @@ impl Planner {
 
     /// Goes on where `old`, the planner of the same clay on another engine, stands.
     pub fn take_over(&mut self, old: Self) {
-        let state = PlannerState { speeds: self.state.speeds, engaged: [false; 2], ..old.state };
+        let PlannerState { speeds, followed, .. } = self.state;
+        let state = PlannerState { speeds, followed, engaged: [false; 2], ..old.state };
         // What another engine affords tells nothing.
         *self = Self { cell_width: self.cell_width, state, under_way: 0, cost: None, drafted: None, ..old };
         // What was under way there is lost.
@@ -286,9 +291,9 @@ impl Planner {
     /// The implicit frame in the place of the `explicit` one, unless that is no dearer and may be chosen.
     fn implicit(&mut self, limits: &StepLimits, slot: usize, explicit: FramePlan) -> FramePlan {
         // Clay that rests does not fall, nor does what a tool leads.
-        let is_fast = self.state.speeds[slot] > 0.5 * limits.gravity.length() * self.state.last_duration;
-        let falls = is_fast && !self.state.course.is_led(slot);
-        let limits = StepLimits { speed: if falls { limits.speed } else { self.state.speeds[slot] }, ..*limits };
+        let (speed, fall) = (self.state.followed[slot], limits.gravity.length() * self.state.last_duration);
+        let falls = speed > 0.5 * fall && !self.state.course.is_led(slot);
+        let limits = StepLimits { speed: if falls { speed + fall } else { speed }, ..*limits };
         let accuracy = self.policy.accuracy;
         let refinement = self.state.course.refinement(slot);
         self.rate = limits.implicit_rate(accuracy, self.cell_width, &explicit.tools) * f64::from(refinement);
@@ -329,14 +334,17 @@ impl Planner {
         let is_given_up = report.health.contains(Health::GIVEN_UP);
         let speed = report.speed(self.cell_width);
         // A frame given up says nothing of the speed; the clay stands as before it.
-        self.state.speeds[slot] = if is_given_up { self.state.speeds[slot].max(speed) } else { speed };
+        let followed = speed.min(self.state.course.speed_followed(report, self.cell_width));
+        for (kept, speed) in [(&mut self.state.speeds, speed), (&mut self.state.followed, followed)] {
+            kept[slot] = if is_given_up { kept[slot].max(speed) } else { speed };
+        }
         self.state.engaged[slot] = report.is_engaged();
         if report.steps > 0 {
             report.rescaled_momentum = report.momentum_before * (1.0 - self.scale_before() / report.density_scale);
             self.state.density_scale = report.density_scale;
         }
         self.state.sheets.note(report);
-        self.state.course.note(slot, report, speed / self.cell_width);
+        self.state.course.note(slot, report, self.cell_width);
         self.cost = Cost::of(report).or(self.cost);
         self.given_up += self.trails.end(is_given_up);
     }

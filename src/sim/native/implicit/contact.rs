@@ -116,12 +116,13 @@ impl<'a> Near<'a> {
         Press { velocity: (sum.force / mass).as_vec3().to_array(), stiffness: sum.stiffness_over(mass) }
     }
 
-    /// How stiffly solid tools and walls press on a particle where it stands [1/step].
+    /// How stiffly tools and walls press on a particle where it stands [1/step].
     pub(super) fn stiffness_still(&self, (hot, cold): (&Hot, &Cold)) -> [[f32; 3]; 2] {
         let start = hot.place();
         let mass = f64::from(hot.mass);
         let mut sum = Sum { volume: mass / 8.0, asked: Asked::Stiffness, stiffness: DMat3::ZERO, ..Sum::default() };
         self.by_tools(cold, [start; 2], &mut sum);
+        self.by_blades(cold, hot.hardening, [start; 2], &mut sum);
         self.by_walls(cold, [start; 2], &mut sum);
         sum.stiffness_over(mass)
     }
@@ -377,6 +378,10 @@ mod tests {
                 !(is_touched && f64::from(clear) > moved.length()),
                 "{shape:?}, {contact:?}: {at} by {moved}, clear by {clear}"
             );
+            // Where it stands, whatever it moves by.
+            let [still, pressed] =
+                [near.stiffness_still((&hot, &cold)), near.press((&hot, &cold), DVec3::ZERO, true, None).stiffness];
+            assert_eq!(still, pressed, "{shape:?}, {contact:?}: {at}");
             counts[0] += u32::from(is_touched);
             counts[1] += u32::from(f64::from(clear) > moved.length());
         }

@@ -58,12 +58,13 @@ pub(super) fn press(particle: &Particle, moved: DVec3, around: &Surroundings) ->
     press
 }
 
-/// How stiffly solid tools and walls press on a particle where it stands as the step begins [N/m].
+/// How stiffly tools and walls press on a particle where it stands as the step begins [N/m].
 pub(super) fn stiffness_still(particle: &Particle, around: &Surroundings) -> DMat3 {
     let start = around.domain.to_world(particle.position);
     let springs = springs(particle.rest_volume, around).in_implicit_step();
     let mut press = Press { stiffness: DMat3::ZERO, ..Press::default() };
     press.by_tools(particle, [start; 2], &springs, around);
+    press.by_blades(particle, [start; 2], &springs, around);
     press.by_walls(particle, [start; 2], &springs, around);
     press.stiffness
 }
