@@ -203,6 +203,7 @@ impl ClayScene {
             let (file, name, cell_width) = (self.file.clone(), self.clay[body].name(), self.cell_width);
             return Err(SceneError::NoParticles { file, body, name, cell_width });
         }
+        warnings.extend(self.tools_outside());
         for &body in &report.self_overlapping {
             let name = self.clay[body].name();
             warnings.push(format!(
@@ -217,6 +218,18 @@ impl ClayScene {
         let built = BuiltScene { snapshot, warnings, fill: report, inputs, scene: self.clone() };
         built.check_steps()?;
         Ok(built)
+    }
+
+    /// What is to be said of tools whose keyframes are all before the scene or after its end.
+    fn tools_outside(&self) -> impl Iterator<Item = String> {
+        self.tools.iter().enumerate().filter_map(|(index, track)| {
+            let ((from, to), end) = (track.span()?, self.duration);
+            let name = if track.name.is_empty() { String::new() } else { format!(" ({})", short(&track.name)) };
+            let until = if to.is_finite() { format!("to {to} s") } else { "on".into() };
+            let is_outside = from >= end || to <= 0.0;
+            is_outside
+                .then(|| format!("tools[{index}]{name} is there from {from} s {until}, never in a scene from 0 s to {end} s"))
+        })
     }
 
     fn clay_solids(&self, base_dir: &Path, mesh: Option<ImportedMesh>) -> Result<Clay, SceneError> {

@@ -149,12 +149,17 @@ impl ToolTrack {
         self.whole(1).speed_max()
     }
 
+    /// The times from which and until which it is there \[s\]; none without keyframes.
+    pub(super) fn span(&self) -> Option<(f64, f64)> {
+        let (first, last) = (self.keyframes.first()?.time, self.keyframes.last()?.time);
+        Some((first, if self.keyframes.len() == 1 { f64::INFINITY } else { last }))
+    }
+
     /// The path as `id` through the frame from `start` to `end` \[s\], its times from `start` on; none in
     /// frames without the tool. Samples stand at the frame's ends and at the keyframes within, which is
     /// exact: engines interpolate as keyframes do.
     pub fn path(&self, id: u32, start: f64, end: f64) -> Option<ToolPath> {
-        let (first, last) = (self.keyframes.first()?.time, self.keyframes.last()?.time);
-        let last = if self.keyframes.len() == 1 { f64::INFINITY } else { last };
+        let (first, last) = self.span()?;
         let (from, to) = (start.max(first), end.min(last));
         if to - from <= SAME_TIME {
             return None;

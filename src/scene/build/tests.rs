@@ -145,6 +145,23 @@ fn clay_outside_the_room_and_thin_clay_are_told() {
     assert!((thin.snapshot.rest_volume() / (0.04 * 0.04 * 0.002) - 1.0).abs() < 1e-6);
 }
 
+/// A tool that is never there while the scene runs is told, by its number and name; one that is there for a
+/// part of it, or from then on, is not.
+#[test]
+fn tools_outside_the_scene_are_told() {
+    let warnings = |name: &str, times: &[f64]| {
+        let keyframes: String = times.iter().map(|time| format!("(time: {time}, position: (0, 1, 0)), ")).collect();
+        let tool = format!("(name: \"{name}\", shape: Sphere(radius: 0.01), keyframes: [{keyframes}])");
+        built(&format!("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.01, duration: 0.5, tools: [{tool}])")).warnings
+    };
+    assert_eq!(warnings("late", &[0.5, 2.0]), ["tools[0] (late) is there from 0.5 s to 2 s, never in a scene from 0 s to 0.5 s"]);
+    assert!(warnings("", &[0.7])[0].starts_with("tools[0] is there from 0.7 s on, never"));
+    assert_eq!(warnings("early", &[-1.0, 0.0]).len(), 1);
+    for times in [&[0.4, 2.0][..], &[-1.0, 0.1], &[-1.0], &[0.0, 0.2]] {
+        assert_eq!(warnings("there", times), Vec::<String>::new(), "{times:?}");
+    }
+}
+
 /// A tetrahedron with `faces` of its four, as OBJ.
 fn tetrahedron(faces: &[&str]) -> String {
     format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{}", faces.iter().map(|f| format!("f {f}\n")).collect::<String>())
