@@ -89,6 +89,10 @@ struct Outcome {
 /// Why an attempt at a frame ended early.
 enum Failure {
     Health(Health),
+    /// A step is no answer after so many passes over the frame.
+    Lost {
+        passes: u32,
+    },
     Stopped,
 }
 
@@ -130,15 +134,16 @@ impl Solver {
             let outcome = self.rest(plan, began);
             return Some(self.report(plan, outcome));
         }
-        let mut health = Health::OK;
+        let (mut health, mut passes_lost) = (Health::OK, 0);
         for redone in 0..=REDO_MAX {
             let (dt, steps) = (plan.dt / f64::from(1u32 << redone), plan.steps << redone);
             let tried = match plan.integrator {
                 Integrator::Explicit { .. } => self.attempt(plan, dt, steps, stop),
-                Integrator::Implicit { passes } => self.attempt_implicit(plan, dt, steps, passes, stop),
+                Integrator::Implicit { passes } => self.attempt_implicit(plan, dt, steps, (passes, redone == REDO_MAX), stop),
             };
             match tried {
-                Ok(tally) => {
+                Ok(mut tally) => {
+                    tally.passes += passes_lost;
                     let sums = sums(&self.domain, &self.state.hot, &self.state.cold);
                     if sums.is_finite() {
                         if plan.finds_bodies {
@@ -152,6 +157,10 @@ impl Solver {
                     self.restore();
                 }
                 Err(Failure::Stopped) => return None,
+                Err(Failure::Lost { passes }) => {
+                    passes_lost += passes;
+                    self.restore();
+                }
                 Err(Failure::Health(h)) => {
                     health.insert(h);
                     self.restore();

@@ -45,8 +45,8 @@ pub enum IntegratorChoice {
     Explicit,
     /// Implicit ones under tools and where clay rests; explicit ones where no tool touches clay and some of
     /// it hangs on nothing or has more energy in its motion than in its strain (implicit steps would have to
-    /// be short), and where they are no more than the passes of the implicit ones. Only the native engine
-    /// knows both.
+    /// be short), where a tool stops so sharply that the clay's inertia takes a part of its force, and where
+    /// they are no more than the passes of the implicit ones. Only the native engine knows both.
     #[default]
     Auto,
     /// Implicit ones, whatever clay does.
@@ -149,6 +149,7 @@ mod tests {
     use super::super::super::material::Preset;
     use super::super::super::params::{Domain, Walls};
     use super::super::super::snapshot::Snapshot;
+    use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
     use super::super::{Decision, Planner, Policy};
     use super::*;
 
@@ -181,6 +182,41 @@ mod tests {
     fn flying(report: &mut FrameReport) {
         report.speed_max = 500.0 * report.dt;
         report.energies = Energies { kinetic: 1.0, elastic: 0.1 };
+    }
+
+    /// A frame in which a tool stops sharply is explicit, and so is one before which it did; with a wall time
+    /// to keep only where tools are known to touch clay.
+    #[test]
+    fn sharp_stops_are_explicit() {
+        let tool = Tool { shape: ToolShape::Sphere { radius: 0.01 }, contact: Contact::default() };
+        let at = |y: f64| Pose { position: DVec3::Y * y, ..Pose::default() };
+        let path = |ys: &[f64], part: f64| {
+            let sample = |(i, y): (usize, &f64)| PoseSample { time: [0.0, part, 1.0][i] * FRAME, pose: at(*y) };
+            ToolPath { id: 1, tool, sheet: 0, samples: ys.iter().enumerate().map(sample).collect() }
+        };
+        let [moves, stops, stands] = [[0.005, 0.0025, 0.0], [0.005, 0.0, 0.0], [0.0; 3]].map(|ys| path(&ys, 0.5));
+        let course = |wall: Option<f64>, is_engaged: bool, paths: &[&ToolPath]| {
+            let mut auto = planner(IntegratorChoice::Auto);
+            auto.policy.wall = wall;
+            let mut frame = |path: Option<&ToolPath>| {
+                let paths: Vec<ToolPath> = path.cloned().into_iter().collect();
+                let Decision::Run(plan) = auto.frame(&Preset::SoftClay.material(), FRAME, &paths) else { panic!("a frame") };
+                auto.sent();
+                let mut report = FrameReport { steps: plan.steps, passes: 10, ..FrameReport::new(&plan) };
+                if is_engaged {
+                    (report.has_loose_clay, report.wall_impulse) = (Some(false), DVec3::Y);
+                    report.tools = vec![ToolReport { contacts: 1, ..ToolReport::default() }];
+                }
+                auto.note(&mut report);
+                is_implicit(&plan)
+            };
+            let begun = (0..2).map(|_| None).chain(paths.iter().copied().map(Some));
+            begun.map(&mut frame).skip(2).collect::<Vec<_>>()
+        };
+        assert_eq!(course(None, false, &[&moves, &moves, &stands, &stands]), [true, true, false, true]);
+        assert_eq!(course(None, false, &[&moves, &stops, &stands]), [true, false, true]);
+        assert_eq!(course(Some(0.02), false, &[&moves, &stops, &stands]), [true; 3]);
+        assert_eq!(course(Some(0.02), true, &[&moves, &stops, &stands]), [true, false, true]);
     }
 
     /// Clay that rests gets implicit steps, once that is known; what flies or hangs on nothing explicit ones,

@@ -7,6 +7,7 @@
 //! | `trail`    | timed poses of any clock -> the piece of them that a frame sweeps |
 //! | `afford`   | what a frame took -> how long the next may be               |
 //! | `choice`   | reports -> explicit or implicit steps, or none              |
+//! | `stop`     | tools' ways -> whether one stops too sharply for implicit steps |
 //! | `step`     | tools, speeds and material -> substeps of the explicit step |
 //! | `implicit` | tools and speeds -> implicit steps                          |
 //! | `sheets`   | a sheet for each visit of a blade                           |
@@ -40,6 +41,7 @@ mod choice;
 mod implicit;
 mod sheets;
 mod step;
+mod stop;
 mod trail;
 
 pub use afford::{FRAME_MAX, FRAME_WALL};
@@ -59,6 +61,7 @@ use afford::Cost;
 use choice::Course;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use stop::Ends;
 use trail::{Piece, Trails};
 
 /// What is to be done next.
@@ -125,6 +128,9 @@ pub struct PlannerState {
     density_scale: f64,
     /// Length of the frame before the next \[s\].
     last_duration: f64,
+    /// How its tools moved at its end.
+    #[serde(default)]
+    ends: Ends,
     next_id: u64,
     sheets: Sheets,
     /// Of the integrator.
@@ -157,6 +163,7 @@ struct Draft {
     duration: f64,
     /// Time \[s\] that the plan makes up for, of what was given up.
     regained: f64,
+    ends: Ends,
     /// What the plan sweeps of the hand's way.
     piece: Option<Piece>,
 }
@@ -252,7 +259,8 @@ impl Planner {
         piece.put_down.iter().for_each(|id| self.state.sheets.lift(*id));
         let plan = self.draft(material, piece.duration, &piece.paths);
         let regained = (piece.duration - owed).max(0.0);
-        self.drafted = Some(Draft { duration: piece.duration, regained, piece: Some(piece) });
+        let ends = Ends::of(&piece.paths);
+        self.drafted = Some(Draft { duration: piece.duration, regained, ends, piece: Some(piece) });
         Decision::Run(plan)
     }
 
@@ -262,7 +270,7 @@ impl Planner {
         if self.under_way >= PENDING_MAX {
             return Decision::Idle;
         }
-        self.drafted = Some(Draft { duration, regained: 0.0, piece: None });
+        self.drafted = Some(Draft { duration, regained: 0.0, ends: Ends::of(paths), piece: None });
         Decision::Run(self.draft(material, duration, paths))
     }
 
@@ -277,7 +285,7 @@ impl Planner {
         let explicit = limits.frame(material, self.cell_width, duration, paths);
         let mut plan = match integrator {
             IntegratorChoice::Explicit => explicit,
-            IntegratorChoice::Auto if self.state.course.flies(slot) => explicit,
+            IntegratorChoice::Auto if self.state.course.flies(slot) || self.stops_sharply(&explicit) => explicit,
             IntegratorChoice::Auto | IntegratorChoice::Implicit => self.implicit(&limits, slot, explicit),
         };
         let is_asked = self.policy.inertia != InertiaScaling::Off || integrator != IntegratorChoice::Explicit;
@@ -286,6 +294,12 @@ impl Planner {
         self.state.sheets.deal(&mut plan);
         plan.may_rest = self.state.course.may_rest(slot, &plan);
         plan
+    }
+
+    /// Whether a tool stops sharply in clay: where nobody waits, in the frame in which it comes to it too.
+    fn stops_sharply(&self, plan: &FramePlan) -> bool {
+        let may_touch = self.policy.wall.is_none() || self.state.engaged != [false; 2];
+        may_touch && self.state.ends.stop_sharply(&plan.material, &plan.tools)
     }
 
     /// The implicit frame in the place of the `explicit` one, unless that is no dearer and may be chosen.
@@ -308,8 +322,8 @@ impl Planner {
 
     /// The engine has taken the last plan.
     pub fn sent(&mut self) {
-        if let Some(Draft { duration, regained, piece }) = self.drafted.take() {
-            self.state.last_duration = duration;
+        if let Some(Draft { duration, regained, ends, piece }) = self.drafted.take() {
+            (self.state.last_duration, self.state.ends) = (duration, ends);
             self.given_up -= regained;
             piece.into_iter().for_each(|piece| self.trails.send(piece));
         }

@@ -80,6 +80,8 @@ pub(super) struct StepReport {
     pub(super) rejected: u32,
     /// Forces out of balance over those that clay bears [-].
     pub(super) residual: f64,
+    /// Forces out of balance.
+    pub(super) left: f64,
     /// Particles clamped.
     pub(super) clamped: u64,
     /// Mass of the nodes.
@@ -274,7 +276,8 @@ impl System<'_> {
             return Err(Health::SPEED);
         }
         report.unbalanced += self.balance_work(&mut felt);
-        report.residual = residual.sqrt() / self.find_scale().max(f64::MIN_POSITIVE);
+        report.left = residual.sqrt();
+        report.residual = report.left / self.find_scale().max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];
         report.grid.add(&felt);
         report.clamped = clamped;
