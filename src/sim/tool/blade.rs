@@ -19,8 +19,8 @@ use glam::{DMat3, DQuat, DVec3};
 /// splines reach further, by the sum of its normal's components.
 pub const BAND: f64 = 1.5;
 
-/// Least way of a wire in a substep \[cells\] that it parts clay along: rounding leaves 1e-14, and a tenth of a
-/// micrometre a second is 1e-9 in cells of 2 mm.
+/// Least way of a wire in a substep \[cells\] that it parts clay along: rounding leaves 1e-14, and a tenth
+/// of a micrometre a second is 1e-9 in cells of 2 mm.
 const WIRE_WAY_MIN: f64 = 1e-9;
 
 /// Where a particle found behind a blade is put: this far in front of it \[cells\].
