@@ -224,11 +224,10 @@ impl ClayScene {
     fn tools_outside(&self) -> impl Iterator<Item = String> {
         self.tools.iter().enumerate().filter_map(|(index, track)| {
             let ((from, to), end) = (track.span()?, self.duration);
-            let name = if track.name.is_empty() { String::new() } else { format!(" ({})", short(&track.name)) };
             let until = if to.is_finite() { format!("to {to} s") } else { "on".into() };
             let is_outside = from >= end || to <= 0.0;
-            is_outside
-                .then(|| format!("tools[{index}]{name} is there from {from} s {until}, never in a scene from 0 s to {end} s"))
+            let title = track.title(index);
+            is_outside.then(|| format!("{title} is there from {from} s {until}, never in a scene from 0 s to {end} s"))
         })
     }
 

@@ -270,7 +270,8 @@ pub struct FrameReport {
     /// clay beyond what is reported of tools.
     #[serde(default)]
     pub unbalanced_impulse: DVec3,
-    /// Passes over the particles that implicit steps took, each an evaluation of forces; 0 of explicit ones.
+    /// Passes over the particles that implicit steps took, each an evaluation of forces, with those of tries
+    /// that left the clay lost; 0 of explicit ones.
     #[serde(default)]
     pub passes: u32,
     /// Steps towards the potential's least that were cut.

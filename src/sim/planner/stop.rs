@@ -17,7 +17,7 @@ const STRESS_MIN: f64 = 0.25;
 /// What is left of a tool's speed [-] where it counts as stopped: what goes on meets clay that flows anew.
 const SPEED_LEFT_MAX: f64 = 0.1;
 
-/// How tools move where a frame ends: [m/s], by id.
+/// How tools' origins move where a frame ends: [m/s], by id. What only turns counts as standing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ends(Vec<(u32, DVec3)>);
 
