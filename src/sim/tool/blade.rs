@@ -23,6 +23,10 @@ pub const BAND: f64 = 1.5;
 /// of a micrometre a second is 1e-9 in cells of 2 mm.
 const WIRE_WAY_MIN: f64 = 1e-9;
 
+/// How long the strip is that a wire leaves behind, over its way in the substep, as clay may come as far
+/// against it; and what is added \[cells\]. One of a cell parted clay up to that beyond where a wire turned.
+const WIRE_STRIP: [f64; 2] = [2.0, 0.05];
+
 /// Where a particle found behind a blade is put: this far in front of it \[cells\].
 pub const SET_BACK: f64 = 1e-3;
 
@@ -163,11 +167,10 @@ impl Blade {
     /// The strip that a wire leaves behind in the substep: along the wire and the way it goes, its front
     /// where the wire's is. A wire that stands, or moves along itself, leaves none.
     fn wire(half_length: f64, motion: Motion, cell: f64) -> Self {
-        // Passed over by the strip, every point beside the cut has its turn: the way of a substep is at most
-        // a tenth of a cell.
-        let half_height = 0.5 * cell;
         let axis = motion.end.rotation * DVec3::X;
         let way = (motion.end.position - motion.start.position).reject_from(axis);
+        // Passed over by the strip, every point beside the cut has its turn.
+        let half_height = 0.5 * (WIRE_STRIP[0] * way.length() + WIRE_STRIP[1] * cell).min(cell);
         let mut strip = Self {
             outline: Outline::Rectangle { half_width: half_length, half_height },
             reach: BAND * cell,
@@ -477,13 +480,14 @@ mod tests {
             let wire = Blade::new(Outline::Wire { half_length: 3.0 }, motion(DVec3::ZERO, way * 0.1), 1.0);
             let front = DVec3::X.cross(way) * if DVec3::X.cross(way).z < 0.0 { -1.0 } else { 1.0 };
             for (along, depth, side) in [(0.0, 0.5, 1), (2.9, -1.4, -1)] {
-                let at = DVec3::X * along - way * 0.3 + front * depth;
+                let at = DVec3::X * along - way * 0.05 + front * depth;
                 let near = wire.near(at, at);
                 assert_eq!((near.takes(false), near.takes(true)), (Some(side), None), "{way} {along}");
                 assert_eq!(wire.within_band(at), None);
             }
-            let ahead = way * 0.5 + front * 0.2;
-            assert_eq!(wire.near(ahead, ahead).takes(false), None, "not there yet");
+            // Ahead it has not been yet, and where it came from it may have turned.
+            let takes = |at: DVec3| wire.near(at, at).takes(false);
+            assert_eq!([0.15, -0.2].map(|along| takes(way * along + front * 0.2)), [None; 2], "{way}");
         }
         // Along itself it goes with what rounding leaves across.
         for way in [DVec3::ZERO, DVec3::X * 0.1, DVec3::new(0.1, 1e-15, -1e-15)] {
