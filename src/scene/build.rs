@@ -2,7 +2,7 @@
 
 use super::error::{SceneError, bytes_text};
 use super::file::{Body, ClayScene, MeshBody, Room};
-use super::fill::{Fill, FillReport};
+use super::fill::{Fill, FillReport, FilledPoint};
 use super::import::ImportedMesh;
 use super::line::{named, short};
 use super::solid::{MeshSolid, Solid};
@@ -10,9 +10,10 @@ use super::stamp::FileStamp;
 use crate::sim::cut::SheetSet;
 use crate::sim::frame::FrameOutputs;
 use crate::sim::params::{CELLS_MAX, Domain, LENGTH, PADDING, ParamsError};
+use crate::sim::penalty::{EJECTION_SPEED, FOUND_DEPTH, reach};
 use crate::sim::planner::{Decision, Planner, Policy, StepLimits};
 use crate::sim::snapshot::{Particle, Snapshot};
-use crate::sim::tool::ToolPath;
+use crate::sim::tool::{Pose, Tool, ToolPath};
 use glam::DVec3;
 use std::path::Path;
 
@@ -210,8 +211,8 @@ impl ClayScene {
                 "clay[{body}] ({name}) passes through itself or is partly inside out; its volume is the sampled one"
             ));
         }
-        let particle =
-            |(id, point): (u32, &super::fill::FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
+        let particle = |(id, point): (u32, &FilledPoint)| Particle::at(domain.to_grid(point.position), point.volume as f32, id);
+        warnings.extend(self.tools_in_clay(&points));
         let particles = (0..).zip(&points).map(particle).collect();
         let mut snapshot = Snapshot::new(domain, material, particles);
         snapshot.find_bodies(SheetSet::default());
@@ -228,6 +229,26 @@ impl ClayScene {
             let is_outside = from >= end || to <= 0.0;
             let title = track.title(index);
             is_outside.then(|| format!("{title} is there from {from} s {until}, never in a scene from 0 s to {end} s"))
+        })
+    }
+
+    /// What is to be said of solid tools that begin in the clay, as it is filled.
+    fn tools_in_clay(&self, points: &[FilledPoint]) -> impl Iterator<Item = String> {
+        let cell_width = self.cell_width;
+        let depth = move |tool: &Tool, pose: Pose| {
+            let depth = |point: &FilledPoint| {
+                let volume = point.volume / cell_width.powi(3);
+                reach(volume) * cell_width - tool.shape.distance(pose.to_local(point.position))
+            };
+            points.iter().map(depth).fold(0.0, f64::max)
+        };
+        self.tools.iter().enumerate().filter_map(move |(index, track)| {
+            let start = track.span()?.0.max(0.0);
+            let path = track.path(0, start, start + self.frame_time).filter(|path| !path.tool.shape.is_blade())?;
+            let (depth, title) = (depth(&path.tool, path.samples.first()?.pose), track.title(index));
+            (depth > FOUND_DEPTH * cell_width).then(|| {
+                format!("{title} begins {depth:.1e} m deep in the clay, which then gives way by {EJECTION_SPEED} cells a step")
+            })
         })
     }
 

@@ -162,6 +162,25 @@ fn tools_outside_the_scene_are_told() {
     }
 }
 
+/// A solid tool that begins in the clay is told of, whenever it begins; what only touches it, and a blade, is
+/// not.
+#[test]
+fn tools_that_begin_in_clay_are_told() {
+    let warnings = |shape: &str, time: f64, height: f64| {
+        let tool = format!(
+            "(shape: {shape}, keyframes: [(time: {time}, position: (0, {height}, 0)), (time: 0.4, position: (0, 1, 0))])"
+        );
+        built(&format!("(clay: [Box(size: (0.04, 0.04, 0.04))], cell_width: 0.01, duration: 0.5, tools: [{tool}])")).warnings
+    };
+    let ball = "Sphere(radius: 0.01)";
+    let found = warnings(ball, 0.0, 0.02);
+    assert!(matches!(&found[..], [told] if told.starts_with("tools[0] begins 9.3e-3 m deep in the clay")), "{found:?}");
+    assert_eq!(warnings(ball, 0.2, 0.02), found);
+    for (shape, height) in [(ball, 0.0301), (ball, 0.05), ("Blade(half_width: 0.03, half_height: 0.01)", 0.02)] {
+        assert_eq!(warnings(shape, 0.0, height), Vec::<String>::new(), "{shape} {height}");
+    }
+}
+
 /// A tetrahedron with `faces` of its four, as OBJ.
 fn tetrahedron(faces: &[&str]) -> String {
     format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{}", faces.iter().map(|f| format!("f {f}\n")).collect::<String>())
