@@ -278,10 +278,10 @@ pub struct FrameReport {
     #[serde(default)]
     pub rejected: u32,
     /// Greatest force left out of balance at an implicit step's end over what clay bears of contact, inertia
-    /// and weight [-], both as norms over the nodes.
+    /// and weight (of half the Earth's at least) [-], both as norms over the nodes.
     #[serde(default)]
     pub residual: f64,
-    /// Whether the clay stands at the end of implicit steps: nothing moved, nothing was out of balance, no
+    /// Whether the clay stands at the end of implicit steps: nothing moved but what they leave sways, no
     /// tool was near. Then its velocities are 0, and frames that may rest take no steps.
     #[serde(default)]
     pub is_standing: bool,

@@ -26,6 +26,11 @@ pub(super) const GUESS_FALL_MIN: f64 = 0.5;
 /// a ball was off by 95 %, not 20.
 pub(super) const RESIDUAL_LOST: f64 = 1.2;
 
+/// The acceleration whose forces are the least that those out of balance are judged by [m/s^2]: half of what
+/// weighs on Earth. Without gravity clay at rest was judged by rounding: it had a residual of 1e4, twice the
+/// passes and no rest.
+pub(super) const IDLE_GRAVITY: f64 = 5.0;
+
 /// How many times its passes a step has at most.
 pub(super) const OVERTIME: u32 = 2;
 
@@ -188,11 +193,19 @@ pub(super) fn is_about(distance: f64, bounding_radius: f64) -> bool {
     distance < 2.0 * bounding_radius + 4.0
 }
 
-/// Travel of clay in a frame of implicit steps \[cells\] below which it stands: .001 cells a second.
+/// Time \[s\] in which clay that stands hardly moves.
+pub(super) const STANDING_TIME: f64 = 1.0 / 60.0;
+
+/// Travel of clay in that \[cells\] below which it stands.
 pub(super) const STANDING_TRAVEL: f64 = 1e-5;
 
-/// Forces out of balance over those that clay bears [-], below which it stands.
-pub(super) const STANDING_RESIDUAL: f64 = 1e-2;
+/// The same over the way by which forces out of balance would strain a cell [-]: what moves no further goes
+/// to and fro by what the iterations leave. Clay that a ball had pressed moved by 1 to 5 times that in each
+/// frame, for good, and .0005 cells in 100 frames.
+pub(super) const STANDING_WAYS: f64 = 8.0;
+
+/// That way \[cells\], up to which clay stands: of soft clay it is a third of a hundredth of its strength.
+pub(super) const STANDING_LEFT: f64 = 1e-4;
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,7 @@
 
 use super::super::coefficients::Coefficients;
 use super::super::frame::FramePlan;
+use super::super::implicit::IDLE_GRAVITY;
 use super::super::material::ClayMaterial;
 use super::super::params::Domain;
 use super::super::tool::Adhesion;
@@ -14,6 +15,8 @@ use glam::{DVec3, IVec3};
 pub(super) struct GridStep {
     /// Gravity over inertia scaling [cells/substep^2].
     pub gravity: DVec3,
+    /// The acceleration whose forces are the least that those out of balance are judged by [cells/substep^2].
+    pub idle: f64,
     /// Velocity kept by validation damping [-].
     pub damping: f64,
     /// What holds fresh clay on a sticking blade [cells/substep].
@@ -69,6 +72,7 @@ impl GridStep {
         let is_any = imposed.clamped_walls || imposed.force.is_some() || imposed.drive.is_some();
         Self {
             gravity: coefficients.gravity,
+            idle: IDLE_GRAVITY * coefficients.acceleration,
             damping: coefficients.damping,
             adhesion: coefficients.adhesion,
             imposed: is_any.then_some(imposed),

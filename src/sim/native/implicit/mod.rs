@@ -82,6 +82,8 @@ pub(super) struct StepReport {
     pub(super) residual: f64,
     /// Forces out of balance.
     pub(super) left: f64,
+    /// What they would give the nodes [cells/step^2], in the mean of squares.
+    pub(super) acceleration_left: f64,
     /// Particles clamped.
     pub(super) clamped: u64,
     /// Mass of the nodes.
@@ -107,6 +109,7 @@ struct System<'a> {
     multigrid: &'a mut Multigrid,
     pass: Pass<'a, 'a>,
     gravity: DVec3,
+    idle: f64,
     nodes: begin::Nodes,
     sides: Pairs,
     u: Vector,
@@ -140,7 +143,7 @@ pub(super) fn step(
     let u = begun.nodes.guess(nodes.gravity);
     let pass = Pass { s: particles, averaging, layout: &begun.layout, near, sources };
     let [slope, accepted] = slopes;
-    let (gravity, nodes, sides) = (nodes.gravity, begun.nodes, begun.sides);
+    let (gravity, idle, nodes, sides) = (nodes.gravity, nodes.idle, begun.nodes, begun.sides);
     let mut system = System {
         state,
         classes,
@@ -148,6 +151,7 @@ pub(super) fn step(
         multigrid,
         pass,
         gravity,
+        idle,
         nodes,
         sides,
         u,
@@ -192,7 +196,7 @@ impl System<'_> {
         match purpose {
             Purpose::Begin | Purpose::Anew => self.precondition(),
             Purpose::Search => {}
-            Purpose::Judge => self.scale = self.find_scale(),
+            Purpose::Judge => self.scale = self.find_scale()[0],
         }
         is_sound
     }
@@ -277,7 +281,9 @@ impl System<'_> {
         }
         report.unbalanced += self.balance_work(&mut felt);
         report.left = residual.sqrt();
-        report.residual = report.left / self.find_scale().max(f64::MIN_POSITIVE);
+        let [scale, mass] = self.find_scale();
+        report.residual = report.left / scale.max(f64::MIN_POSITIVE);
+        report.acceleration_left = report.left / mass.max(f64::MIN_POSITIVE);
         report.grid.tools = vec![Default::default(); felt.tools.len()];
         report.grid.add(&felt);
         report.clamped = clamped;
@@ -315,23 +321,26 @@ impl System<'_> {
         all
     }
 
-    /// The forces that R is judged by: inertia and contact together, or weight.
-    fn find_scale(&self) -> f64 {
+    /// The forces that R is judged by, inertia and contact together, or weight, or what clay at rest may
+    /// bear; and the mass of what is free, in the same norm.
+    fn find_scale(&self) -> [f64; 2] {
         let nodes = &self.nodes;
         let mut outer = self.contact(0);
         self.pass.layout.fold(&mut outer);
-        let [all, weights] = sum_over(outer.len(), |i| {
-            let (mut all, mut weights) = (0.0, 0.0);
+        let [all, weights, masses] = sum_over(outer.len(), |i| {
+            let (mut all, mut weights, mut masses) = (0.0, 0.0, 0.0);
             for d in 0..3 {
                 for k in 0..64 {
                     let inertia = nodes.mass[i][k] * (self.u[i].0[d][k] - nodes.velocity[i].0[d][k]);
                     all += f64::from(nodes.free[i].0[d][k] * (inertia - outer[i].0[d][k])).powi(2);
-                    weights += (f64::from(nodes.free[i].0[d][k] * nodes.mass[i][k]) * self.gravity[d]).powi(2);
+                    let mass = f64::from(nodes.free[i].0[d][k] * nodes.mass[i][k]);
+                    weights += (mass * self.gravity[d]).powi(2);
+                    masses += mass.powi(2);
                 }
             }
-            [all, weights]
+            [all, weights, masses]
         });
-        all.max(weights).sqrt()
+        [all.max(weights).max(masses * self.idle.powi(2) / 3.0).sqrt(), masses.sqrt()]
     }
 
     /// What the nodes got of walls, and of nobody.

@@ -45,6 +45,8 @@ impl Solver {
         #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
         let averaging = if plan.averages() { plan.volume_averaging as f32 } else { 0.0 };
         let strength = strength(plan, domain.cell_width, dt);
+        // Of a cell that is sheared by a cell.
+        let shear_acceleration = plan.material.lame_mu() * (dt / domain.cell_width).powi(2) / plan.inertial_density();
         self.is_sorted &= !self.state.drop_plates(plan);
         self.state.begin_frame(&step);
         for s in 0..steps {
@@ -77,6 +79,7 @@ impl Solver {
             }
             tally.rejected += report.rejected;
             tally.residual = tally.residual.max(report.residual);
+            tally.way_left = tally.way_left.max(report.acceleration_left / shear_acceleration);
             tally.unbalanced += report.unbalanced;
             tally.node_mass = report.mass;
         }

@@ -1,13 +1,13 @@
 //! Clay that stands takes no steps.
 
 use super::super::super::frame::FramePlan;
-use super::super::super::implicit::{STANDING_RESIDUAL, STANDING_TRAVEL};
+use super::super::super::implicit::{STANDING_LEFT, STANDING_TIME, STANDING_TRAVEL, STANDING_WAYS};
 use super::super::super::integrator::Integrator;
 use super::super::super::tool::ToolPath;
 use super::super::super::weld::WeldRule;
 use super::super::contact::ToolNow;
 use super::{FrameState, Outcome, Solver, Tally};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
@@ -56,8 +56,11 @@ impl Solver {
     /// Whether the clay stands after implicit steps; then what little it moves is taken from it, and counts
     /// as force out of balance.
     pub(super) fn settle(&mut self, plan: &FramePlan, tally: &mut Tally) {
-        let travel = f64::from(tally.speed_max) * f64::from(plan.steps);
-        tally.is_standing = travel < STANDING_TRAVEL && tally.residual < STANDING_RESIDUAL && !self.is_any_near(plan);
+        let speed = |hot: &super::Hot| Vec3::from_array(hot.velocity).length();
+        let most = STANDING_TRAVEL.max(STANDING_WAYS * tally.way_left) * plan.dt / STANDING_TIME;
+        tally.is_standing = tally.way_left < STANDING_LEFT
+            && self.state.hot.par_iter().all(|hot| f64::from(speed(hot)) < most)
+            && !self.is_any_near(plan);
         if !tally.is_standing {
             return;
         }
@@ -159,5 +162,34 @@ mod tests {
         planner.policy.gravity = DVec3::new(4.0, -9.0, 0.0);
         let report = run(&mut engine, &mut planner, &clay, &[]);
         assert!(!report.is_resting() && report.momentum.x > 0.0, "{report:?}");
+    }
+
+    /// So does clay that a ball was pressed into, though what the iterations leave sways it for good; with
+    /// and without gravity, and without it clay that hangs in the room.
+    #[test]
+    fn pressed_and_hanging_clay_rests() {
+        let mut hanging = clay();
+        hanging.particles.iter_mut().for_each(|particle| particle.cell[1] += 4);
+        let ball = Tool { shape: ToolShape::Sphere { radius: 2.0 * CELL }, contact: Contact::Slip };
+        let weight = Policy::default().gravity;
+        for (clay, gravity, presses) in [(hanging, DVec3::ZERO, false), (clay(), DVec3::ZERO, true), (clay(), weight, true)] {
+            let mut engine = NativeEngine::new();
+            engine.load(&clay).expect("sound clay");
+            let mut planner = Planner::new(&clay);
+            planner.policy.gravity = gravity;
+            let mut run = |height: f64| {
+                let position = DVec3::new(6.0, height, 6.0) * CELL;
+                let tool = ToolPath::still(1, ball, Pose { position, ..Pose::default() });
+                run(&mut engine, &mut planner, &clay, &[tool])
+            };
+            if presses {
+                let force = (0..10).map(|frame| run(4.95 - 0.1 * f64::from(frame)).tools[0].force.y).fold(0.0, f64::max);
+                assert!(force > 0.5, "{force} N");
+            }
+            let frames: Vec<FrameReport> = (0..60).map(|_| run(20.0)).collect();
+            let residuals: Vec<f64> = frames.iter().map(|frame| frame.residual).collect();
+            assert!(frames.iter().all(|frame| frame.is_resting() || frame.passes > 0), "{gravity}: explicit");
+            assert!(frames.iter().any(FrameReport::is_resting), "{gravity} {presses}: {residuals:?}");
+        }
     }
 }

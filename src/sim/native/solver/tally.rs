@@ -27,6 +27,8 @@ pub(super) struct Tally {
     pub(super) rejected: u32,
     pub(super) residual: f64,
     pub(super) unbalanced: DVec3,
+    /// The way \[cells\] by which what is left out of balance would strain a cell, at most.
+    pub(super) way_left: f64,
     /// Mass of the nodes in the last implicit step.
     pub(super) node_mass: f64,
     /// Whether the clay stands, and whether the frame has left it all as it was.

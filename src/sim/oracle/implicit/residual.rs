@@ -13,7 +13,7 @@
 
 use super::super::super::frame::{FrameReport, ToolReport};
 use super::super::super::implicit::{
-    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, SHARED_WITHIN, Work, Working, is_about,
+    CONTACT_SHARE, DETERMINANT_MIN, GUESS_FALL_MIN, GUESS_WAY_MAX, IDLE_GRAVITY, SHARED_WITHIN, Work, Working, is_about,
 };
 use super::super::grid::Grid;
 use super::super::law;
@@ -273,7 +273,10 @@ impl<'a> System<'a> {
         // Inertia, weight and contact together are what stress has to bear.
         let weight = |u: &super::unknowns::Unknown| u.mass * self.around.gravity_step(u.node) / dt;
         let weights: Vec<DVec3> = self.unknowns.masked(self.unknowns.all.iter().map(weight).collect());
-        let scale = dot(&self.unknowns.masked(outer.clone()), &self.unknowns.masked(outer)).max(dot(&weights, &weights)).sqrt();
+        let idle = |u: &super::unknowns::Unknown| DVec3::splat(u.mass * IDLE_GRAVITY / 3f64.sqrt());
+        let idle: Vec<DVec3> = self.unknowns.masked(self.unknowns.all.iter().map(idle).collect());
+        let outer = self.unknowns.masked(outer);
+        let scale = [outer, weights, idle].map(|forces| dot(&forces, &forces)).into_iter().fold(0.0, f64::max).sqrt();
         Slope { residual: self.unknowns.masked(residual), forces, scale, is_sound }
     }
 
