@@ -5,8 +5,11 @@
 //! where no wall bears any that hangs together with it. A wall [bears](bearing_walls) if it holds all clay or
 //! stands against gravity; tools do not.
 
-use super::params::{BLOCK, Domain, Wall};
+use super::params::{BLOCK, Wall, Walls};
+use super::penalty::arrival;
+use super::snapshot::{Particle, Snapshot};
 use glam::{DVec3, IVec3};
+use std::collections::BTreeMap;
 
 /// Bits of a block's eight cubes that hold clay; those beyond are of cubes whose clay a wall bears.
 const CUBES: u32 = 8;
@@ -15,13 +18,47 @@ const _: () = assert!(BLOCK.cast_unsigned().is_power_of_two(), "blocks are found
 
 /// The walls that bear clay under `gravity`, a bit each, by number: those that stick, and those that stand
 /// against gravity; without it all.
-pub(crate) fn bearing_walls(domain: &Domain, gravity: DVec3) -> u32 {
+pub(crate) fn bearing_walls(walls: &Walls, gravity: DVec3) -> u32 {
     let side = |walls: [Wall; 3], inward: f64| {
         walls.map(|wall| wall == Wall::Stick).into_iter().zip((-inward * gravity).to_array()).collect::<Vec<_>>()
     };
-    let walls = side(domain.walls.low, 1.0).into_iter().chain(side(domain.walls.high, -1.0));
+    let walls = side(walls.low, 1.0).into_iter().chain(side(walls.high, -1.0));
     let bears = |(sticks, against): (bool, f64)| sticks || against > 0.0 || gravity == DVec3::ZERO;
     walls.enumerate().map(|(number, wall)| u32::from(bears(wall)) << number).sum()
+}
+
+/// The walls that stand at each piece of clay of a snapshot, a bit each, by number: what hangs together is
+/// one piece.
+pub(crate) fn pieces(snapshot: &Snapshot) -> Vec<u32> {
+    let mut cubes = BTreeMap::<[i32; 3], u32>::new();
+    for particle in &snapshot.particles {
+        *cubes.entry(particle.cell.map(|cell| cell >> 1)).or_default() |= walls_at(snapshot, particle);
+    }
+    let mut pieces = vec![];
+    while let Some((cube, mut walls)) = cubes.pop_first() {
+        let mut next = vec![IVec3::from_array(cube)];
+        while let Some(cube) = next.pop() {
+            for near in (0..27).map(|i| cube + IVec3::new(i / 9, i / 3 % 3, i % 3) - 1) {
+                if let Some(more) = cubes.remove(&near.to_array()) {
+                    walls |= more;
+                    next.push(near);
+                }
+            }
+        }
+        pieces.push(walls);
+    }
+    pieces.sort_unstable();
+    pieces.dedup();
+    pieces
+}
+
+/// The walls that a particle has come to.
+fn walls_at(snapshot: &Snapshot, particle: &Particle) -> u32 {
+    let (low, high) = snapshot.domain.wall_nodes();
+    let at = particle.grid();
+    let arrival = arrival(f64::from(particle.rest_volume) / snapshot.domain.cell_width.powi(3));
+    let distances = (at - low.as_dvec3()).to_array().into_iter().chain((high.as_dvec3() - at).to_array());
+    distances.enumerate().map(|(number, distance)| u32::from(distance <= arrival) << number).sum()
 }
 
 /// Where there is clay, and where a wall bears it.
@@ -104,7 +141,8 @@ fn cube_in_block(cube: IVec3) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::params::Walls;
+    use super::super::material::Preset;
+    use super::super::params::{Domain, WALL_NODE};
     use super::*;
 
     fn has_loose(cells: &[(IVec3, bool)]) -> bool {
@@ -165,9 +203,25 @@ mod tests {
     #[test]
     fn walls_bear_that_stick_or_stand_against_gravity() {
         let walls = Walls { low: [Wall::Slip, Wall::Separate, Wall::Stick], high: [Wall::Separate, Wall::Slip, Wall::Slip] };
-        let domain = Domain::new(DVec3::ZERO, DVec3::ONE, 0.1, walls).expect("a room");
-        assert_eq!(bearing_walls(&domain, DVec3::NEG_Y), 0b00_0110);
-        assert_eq!(bearing_walls(&domain, DVec3::new(1.0, 2.0, 0.0)), 0b01_1100);
-        assert_eq!(bearing_walls(&domain, DVec3::ZERO), 0b11_1111);
+        assert_eq!(bearing_walls(&walls, DVec3::NEG_Y), 0b00_0110);
+        assert_eq!(bearing_walls(&walls, DVec3::new(1.0, 2.0, 0.0)), 0b01_1100);
+        assert_eq!(bearing_walls(&walls, DVec3::ZERO), 0b11_1111);
+    }
+
+    /// Pieces of a snapshot stand at the walls that any of their clay has come to.
+    #[test]
+    fn pieces_stand_at_walls() {
+        let domain = Domain::new(DVec3::ZERO, DVec3::splat(2.4), 0.1, Walls::default()).expect("a room");
+        let at = |place: [f64; 3]| Particle::at(DVec3::from_array(place) + f64::from(WALL_NODE), 0.1f32.powi(3) / 8.0, 0);
+        let pieces = |places: &[[f64; 3]]| {
+            let particles = places.iter().copied().map(at).collect();
+            pieces(&Snapshot::new(domain, Preset::SoftClay.material(), particles))
+        };
+        assert_eq!(pieces(&[]), [0; 0]);
+        // On the floor, and at a wall by what hangs together with that.
+        assert_eq!(pieces(&[[8.0, 0.25, 8.0], [8.0, 2.25, 8.0]]), [0b00_0010]);
+        assert_eq!(pieces(&[[8.0, 0.25, 20.0], [8.0, 0.25, 22.0], [8.0, 0.5, 23.75]]), [0b10_0010]);
+        // Above it, beside what stands there.
+        assert_eq!(pieces(&[[8.0, 0.25, 8.0], [16.0, 0.5, 8.0]]), [0, 0b00_0010]);
     }
 }

@@ -191,7 +191,7 @@ impl Params {
             damping: coefficients.damping as f32,
             centre: centre(domain).to_array(),
             wall_kinds: walls.enumerate().map(|(i, w)| w.number() << (2 * i)).sum::<u32>()
-                | bearing_walls(domain, plan.gravity) << 16,
+                | bearing_walls(&domain.walls, plan.gravity) << 16,
             mass_scale: input.scales.mass,
             momentum_scale: input.scales.momentum,
             reach_limit: input.scales.reach_limit,

@@ -384,7 +384,7 @@ impl Solver {
 
     /// Whether some clay hangs together with none that a wall bears.
     fn has_loose_clay(&self, plan: &FramePlan) -> bool {
-        let bearing = bearing_walls(&self.domain, plan.gravity);
+        let bearing = bearing_walls(&self.domain.walls, plan.gravity);
         let chunks = self.state.hot.par_chunks(stats::CHUNK).zip(self.state.cold.par_chunks(stats::CHUNK));
         let parts = chunks.map(|(hot, cold)| {
             let mut support = Support::default();

@@ -101,7 +101,7 @@ pub(super) fn end(frame: &mut FrameReport, particles: &[Particle], domain: &Doma
 
 /// Whether walls bear no clay that some of it hangs together with, see [`support`](super::super::support).
 fn has_loose_clay(particles: &[Particle], domain: &Domain, plan: &FramePlan) -> bool {
-    let (mut support, bearing) = (Support::default(), bearing_walls(domain, plan.gravity));
+    let (mut support, bearing) = (Support::default(), bearing_walls(&domain.walls, plan.gravity));
     particles.iter().for_each(|p| support.add(p.position.floor().as_ivec3(), p.walls & bearing != 0));
     support.has_loose()
 }

@@ -2,7 +2,11 @@
 
 use super::super::cut::SheetSet;
 use super::super::frame::{FramePlan, FrameReport};
+use super::super::implicit::IDLE_GRAVITY;
 use super::super::material::ClayMaterial;
+use super::super::params::Walls;
+use super::super::snapshot::Snapshot;
+use super::super::support::{bearing_walls, pieces};
 use super::implicit::REFINEMENT_MAX;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -44,7 +48,7 @@ pub enum IntegratorChoice {
     /// Explicit steps: every engine knows them.
     Explicit,
     /// Implicit ones under tools and where clay rests; explicit ones where no tool touches clay and some of
-    /// it hangs on nothing or has more energy in its motion than in its strain (implicit steps would have to
+    /// it falls or has more energy in its motion than in its strain (implicit steps would have to
     /// be short), where a tool stops so sharply that the clay's inertia takes a part of its force, and where
     /// they are no more than the passes of the implicit ones. Only the native engine knows both.
     #[default]
@@ -54,10 +58,13 @@ pub enum IntegratorChoice {
 }
 
 /// What the frames before say of the choice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
-    /// Whether clay flew in frames n and n - 1, by the parity of their ids.
-    flies: [bool; 2],
+    /// Whether clay flew in frames n and n - 1, by the parity of their ids; none before they were reported.
+    flies: [Option<bool>; 2],
+    /// The walls at each [piece](pieces) of clay, as it was at first.
+    #[serde(default)]
+    pieces: Vec<u32>,
     /// Whether tools led all that moved in these frames.
     #[serde(default)]
     is_led: [bool; 2],
@@ -72,14 +79,18 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Of clay of which nothing is known yet: it may be in flight.
-    pub(super) fn new() -> Self {
-        Self { flies: [true; 2], ..Self::default() }
+    /// Of clay as it stands in `snapshot`.
+    pub(super) fn new(snapshot: &Snapshot) -> Self {
+        let speed_min = FLIGHT_SPEED * snapshot.domain.cell_width;
+        let is_fast = snapshot.particles.iter().any(|p| DVec3::from_array(p.velocity.map(f64::from)).length() > speed_min);
+        Self { flies: [is_fast.then_some(true); 2], pieces: pieces(snapshot), ..Self::default() }
     }
 
-    /// Whether clay is in flight, as frame `slot` had it.
-    pub(super) fn flies(&self, slot: usize) -> bool {
-        self.flies[slot]
+    /// Whether clay is in flight, as frame `slot` had it; at first what no wall bears, under `gravity`.
+    pub(super) fn flies(&self, slot: usize, walls: &Walls, gravity: DVec3) -> bool {
+        let bearing = bearing_walls(walls, gravity);
+        let falls = || gravity != DVec3::ZERO && self.pieces.iter().any(|walls| walls & bearing == 0);
+        self.flies[slot].unwrap_or_else(falls)
     }
 
     /// Whether what moved in frame `slot` was led by tools, and does not fall.
@@ -107,7 +118,9 @@ impl Course {
         let speed = report.speed(cell_width) / cell_width;
         let is_touched = report.tools.iter().any(|t| t.contacts > 0);
         let is_fast = speed > FLIGHT_SPEED && report.kinetic_ratio() > 1.0;
-        self.flies[slot] = !is_touched && (is_fast || report.has_loose_clay == Some(true));
+        // What hangs on nothing falls, unless there is no gravity.
+        let has_gravity = self.given.is_none_or(|(_, gravity)| gravity != DVec3::ZERO);
+        self.flies[slot] = Some(!is_touched && (is_fast || has_gravity && report.has_loose_clay == Some(true)));
         self.is_led[slot] = report.is_engaged() && report.kinetic_ratio() <= LED_RATIO_MAX;
         self.stands[slot] = report.is_standing;
         if report.passes > 0 {
@@ -137,7 +150,7 @@ impl Course {
         let Some((material, gravity)) = self.given.filter(|_| report.kinetic_ratio() < STILL_RATIO_MAX) else {
             return report.residual;
         };
-        let weight = material.density * gravity.length() * cell_width / material.shear_strength();
+        let weight = material.density * gravity.length().max(IDLE_GRAVITY) * cell_width / material.shear_strength();
         report.residual * (weight * RESIDUAL_MAX / STRESS_MAX).min(1.0)
     }
 }
@@ -148,7 +161,7 @@ mod tests {
     use super::super::super::integrator::Integrator;
     use super::super::super::material::Preset;
     use super::super::super::params::{Domain, Walls};
-    use super::super::super::snapshot::Snapshot;
+    use super::super::super::snapshot::{Particle, Snapshot};
     use super::super::super::tool::{Contact, Pose, PoseSample, Tool, ToolPath, ToolShape};
     use super::super::{Decision, Planner, Policy};
     use super::*;
@@ -219,17 +232,20 @@ mod tests {
         assert_eq!(course(Some(0.02), true, &[&moves, &stops, &stands]), [true, false, true]);
     }
 
-    /// Clay that rests gets implicit steps, once that is known; what flies or hangs on nothing explicit ones,
-    /// two frames later, unless a tool touches it or the app wants it otherwise.
+    /// Clay that rests gets implicit steps; what flies, or hangs on nothing under gravity, explicit ones, two
+    /// frames later, unless a tool touches it or the app wants it otherwise.
     #[test]
     fn flight_is_explicit() {
         let mut auto = planner(IntegratorChoice::Auto);
-        assert!((0..2).all(|_| !is_implicit(&run(&mut auto, &|_| {}))));
+        assert!((0..2).all(|_| is_implicit(&run(&mut auto, &|_| {}))));
         assert!(is_implicit(&run(&mut auto, &flying)) && is_implicit(&run(&mut auto, &|_| {})));
         assert!(!is_implicit(&run(&mut auto, &|_| {})) && is_implicit(&run(&mut auto, &|_| {})));
         let hanging = |report: &mut FrameReport| report.has_loose_clay = Some(true);
         assert!((0..2).all(|_| is_implicit(&run(&mut auto, &hanging))));
         assert!((0..2).all(|_| !is_implicit(&run(&mut auto, &|_| {}))));
+        auto.policy.gravity = DVec3::ZERO;
+        assert!((0..4).all(|_| is_implicit(&run(&mut auto, &hanging))));
+        auto.policy.gravity = Policy::default().gravity;
         let touched = |report: &mut FrameReport| {
             flying(report);
             report.tools = vec![ToolReport { contacts: 1, ..ToolReport::default() }];
@@ -239,6 +255,22 @@ mod tests {
         assert!((0..4).all(|_| is_implicit(&run(&mut implicit, &flying))));
         let mut explicit = planner(IntegratorChoice::Explicit);
         assert!((0..4).all(|_| !is_implicit(&run(&mut explicit, &|_| {}))));
+    }
+
+    /// At first clay flies that no wall bears, or that comes with a speed.
+    #[test]
+    fn clay_flies_at_first_as_it_stands() {
+        let is_implicit_at_first = |height: f64, speed: f32, gravity: DVec3| {
+            let domain = Domain::new(DVec3::ZERO, DVec3::ONE, 0.002, Walls::default()).expect("a room");
+            let particle = Particle::at(domain.to_grid(DVec3::new(0.5, height, 0.5)), 1e-9, 0);
+            let particle = Particle { velocity: [speed, 0.0, 0.0], ..particle };
+            let mut planner = Planner::new(&Snapshot::new(domain, Preset::SoftClay.material(), vec![particle]));
+            planner.policy.gravity = gravity;
+            is_implicit(&run(&mut planner, &|_| {}))
+        };
+        let gravity = Policy::default().gravity;
+        assert!(is_implicit_at_first(0.0005, 0.001, gravity) && is_implicit_at_first(0.1, 0.0, DVec3::ZERO));
+        assert!(!is_implicit_at_first(0.1, 0.0, gravity) && !is_implicit_at_first(0.0005, 0.01, gravity));
     }
 
     /// Clay that a tool leads while walls bear it does not fall: what gravity would add to its speed asks for
@@ -275,7 +307,7 @@ mod tests {
             plans.map(|plan| is_implicit(&plan)).collect::<Vec<_>>()
         };
         assert_eq!(short(None), [false; 4]);
-        assert_eq!(short(Some(0.02)), [false, false, true, true]);
+        assert_eq!(short(Some(0.02)), [true; 4]);
     }
 
     /// Where forces are left out of balance, the frame two later has more steps; fewer again where they are

@@ -55,6 +55,7 @@ use super::frame::{FrameOutputs, FramePlan, FrameReport};
 use super::health::Health;
 use super::limits::PENDING_MAX;
 use super::material::ClayMaterial;
+use super::params::{Domain, Walls};
 use super::snapshot::Snapshot;
 use super::tool::{Pose, ToolPath};
 use afford::Cost;
@@ -144,6 +145,7 @@ pub struct Planner {
     /// How frames are planned.
     pub policy: Policy,
     cell_width: f64,
+    walls: Walls,
     state: PlannerState,
     under_way: usize,
     owed: f64,
@@ -172,14 +174,15 @@ impl Planner {
     /// For clay as it stands in `snapshot`.
     pub fn new(snapshot: &Snapshot) -> Self {
         let speed = snapshot.particles.iter().map(|p| DVec3::from_array(p.velocity.map(f64::from)).length()).fold(0.0, f64::max);
-        let (sheets, course) = (Sheets::new(snapshot), Course::new());
+        let (sheets, course) = (Sheets::new(snapshot), Course::new(snapshot));
         let state = PlannerState { speeds: [speed; 2], followed: [speed; 2], sheets, course, ..PlannerState::default() };
         Self::resume(snapshot, state)
     }
 
     /// For the clay of `snapshot`, saved where no frame was under way, to go on where the planner stood then.
     pub fn resume(snapshot: &Snapshot, state: PlannerState) -> Self {
-        Self { cell_width: snapshot.domain.cell_width, state, ..Self::default() }
+        let Domain { cell_width, walls, .. } = snapshot.domain;
+        Self { cell_width, walls, state, ..Self::default() }
     }
 
     /// What the next plans come from: to be kept where no frame is under way.
@@ -219,7 +222,7 @@ impl Planner {
         let PlannerState { speeds, followed, .. } = self.state;
         let state = PlannerState { speeds, followed, engaged: [false; 2], ..old.state };
         // What another engine affords tells nothing.
-        *self = Self { cell_width: self.cell_width, state, under_way: 0, cost: None, drafted: None, ..old };
+        *self = Self { cell_width: self.cell_width, walls: self.walls, state, under_way: 0, cost: None, drafted: None, ..old };
         // What was under way there is lost.
         self.given_up += self.trails.lose_all();
     }
@@ -259,7 +262,7 @@ impl Planner {
         piece.put_down.iter().for_each(|id| self.state.sheets.lift(*id));
         let plan = self.draft(material, piece.duration, &piece.paths);
         let regained = (piece.duration - owed).max(0.0);
-        let ends = Ends::of(&piece.paths);
+        let ends = Ends::of(&self.state.ends, material, piece.duration, &piece.paths);
         self.drafted = Some(Draft { duration: piece.duration, regained, ends, piece: Some(piece) });
         Decision::Run(plan)
     }
@@ -270,7 +273,8 @@ impl Planner {
         if self.under_way >= PENDING_MAX {
             return Decision::Idle;
         }
-        self.drafted = Some(Draft { duration, regained: 0.0, ends: Ends::of(paths), piece: None });
+        let ends = Ends::of(&self.state.ends, material, duration, paths);
+        self.drafted = Some(Draft { duration, regained: 0.0, ends, piece: None });
         Decision::Run(self.draft(material, duration, paths))
     }
 
@@ -285,7 +289,8 @@ impl Planner {
         let explicit = limits.frame(material, self.cell_width, duration, paths);
         let mut plan = match integrator {
             IntegratorChoice::Explicit => explicit,
-            IntegratorChoice::Auto if self.state.course.flies(slot) || self.stops_sharply(&explicit) => explicit,
+            IntegratorChoice::Auto if self.state.course.flies(slot, &self.walls, gravity) => explicit,
+            IntegratorChoice::Auto if self.stops_sharply(&explicit) => explicit,
             IntegratorChoice::Auto | IntegratorChoice::Implicit => self.implicit(&limits, slot, explicit),
         };
         let is_asked = self.policy.inertia != InertiaScaling::Off || integrator != IntegratorChoice::Explicit;
@@ -299,7 +304,7 @@ impl Planner {
     /// Whether a tool stops sharply in clay: where nobody waits, in the frame in which it comes to it too.
     fn stops_sharply(&self, plan: &FramePlan) -> bool {
         let may_touch = self.policy.wall.is_none() || self.state.engaged != [false; 2];
-        may_touch && self.state.ends.stop_sharply(&plan.material, &plan.tools)
+        may_touch && self.state.ends.are_unsettled(&plan.material, &plan.tools)
     }
 
     /// The implicit frame in the place of the `explicit` one, unless that is no dearer and may be chosen.

@@ -190,6 +190,7 @@ pub const CASES: &[Case] = &[
     implicit_case("implicit ball", 10, implicit::balls),
     implicit_case("implicit blade", 7, implicit::blades),
     implicit_case("implicit board", 4, implicit::boards),
+    implicit_case("implicit stop", 6, implicit::stops),
     implicit_case("implicit pads", 2, implicit::pads),
     implicit_case("implicit clays", 6, implicit::presets),
     implicit_case("implicit hold", 2, implicit::held),

@@ -151,6 +151,7 @@ pub(crate) const EVIDENCE: &[Evidence] = &[
     exact("implicit ball", "", "the explicit step at real density, extrapolated in dt"),
     exact("implicit blade", "", "a strip as wide by the explicit step; its own blades hold nodes"),
     exact("implicit board", "", "the explicit step"),
+    exact("implicit stop", "", "the explicit step"),
     exact("implicit pads", "", "the explicit step"),
     exact("implicit clays", "", "the explicit step at real density, extrapolated in dt"),
     exact("implicit hold", "", "an inviscid force stays: 1"),

@@ -9,6 +9,7 @@
 //! | `board`   | a board on all of the clay's face, under gravity        |
 //! | `pads`    | a loose block squeezed on a floor without friction           |
 //! | `rest`    | tools held and taken away, own weight, flight, landing      |
+//! | `stops`   | a ball that stops at once                                   |
 //! | `several` | mirrors, two tools, sheets, debris, determinism             |
 //! | `planned` | clay whose frames a planner plans                           |
 //! | `scenes`  | scenes drawn by lot                                         |
@@ -22,6 +23,7 @@ mod pressed;
 mod rest;
 mod scenes;
 mod several;
+mod stops;
 mod stroke;
 
 pub use board::boards;
@@ -32,4 +34,5 @@ pub use pressed::{BUDGETS, Budget, balls, blades, presets, strips};
 pub use rest::{held, landings, released, self_weight, tossed_block, unloading};
 pub use scenes::scenes;
 pub use several::{determinism, mirrored, sparse};
+pub use stops::stops;
 pub use stroke::{Pace, Pressed, SAMPLE, Sample, Shape, Stroke, Way, frame_travel};
