@@ -196,6 +196,10 @@ impl Scene {
             0.5 * density * f64::from(p.rest_volume) * DVec3::from_array(p.velocity.map(f64::from)).length_squared()
         };
         let mut is_coming_out = false;
+        // What half of the Earth's weight, the least that forces out of balance are judged by, gives in a
+        // frame.
+        let mass = density * self.clay.particles.iter().map(|p| f64::from(p.rest_volume)).sum::<f64>();
+        let idle = 0.5 * mass * (0.5 * 9.81 * FRAME).powi(2);
         let (mut given, mut scale) = (self.clay.particles.iter().map(kinetic).sum::<f64>(), 0.0f64);
         let mut outcome = Outcome { frames: self.frames, ..Outcome::default() };
         for frame in 0..self.frames {
@@ -219,7 +223,7 @@ impl Scene {
                 given = given.max(energy);
                 is_coming_out = true;
             }
-            let gained = (energy - given) / (scale + energy).max(f64::MIN_POSITIVE);
+            let gained = (energy - given) / (scale + energy).max(idle).max(f64::MIN_POSITIVE);
             let is_flagged = report.residual > RESIDUAL_MAX || !report.health.is_ok() || report.redone > 0;
             outcome.flagged += u32::from(is_flagged);
             let most = if is_flagged { &mut outcome.gained_flagged } else { &mut outcome.gained };
