@@ -48,9 +48,9 @@ pub enum IntegratorChoice {
     /// Explicit steps: every engine knows them.
     Explicit,
     /// Implicit ones under tools and where clay rests; explicit ones where no tool touches clay and some of
-    /// it falls or has more energy in its motion than in its strain (implicit steps would have to
-    /// be short), where a tool stops so sharply that the clay's inertia takes a part of its force, and where
-    /// they are no more than the passes of the implicit ones. Only the native engine knows both.
+    /// it falls or has more energy in its motion than in its strain (implicit steps would have to be short),
+    /// where a tool stops so sharply that the clay's inertia takes a part of its force, and where they are no
+    /// more than the passes of the implicit ones. Only the native engine knows both.
     #[default]
     Auto,
     /// Implicit ones, whatever clay does.

@@ -21,10 +21,9 @@ use std::time::Instant;
 /// clay that a tool has left, and is met by more steps in the next frame.
 const LOST_STRESS: f64 = 4.0;
 
-/// What a cell's face bears in shear, as a step's forces are counted: in eighths of a full cell's mass, cells
-/// and steps.
-fn strength(plan: &FramePlan, cell_width: f64, dt: f64) -> f64 {
-    8.0 * plan.material.shear_strength() * (dt / cell_width).powi(2) / plan.inertial_density()
+/// What 1 Pa on a face of a cell gives that [cells/step^2].
+fn per_stress(plan: &FramePlan, cell_width: f64, dt: f64) -> f64 {
+    (dt / cell_width).powi(2) / plan.inertial_density()
 }
 
 impl Solver {
@@ -44,9 +43,11 @@ impl Solver {
         let (material, cutting) = (&plan.material, plan.cutting);
         #[expect(clippy::cast_possible_truncation, reason = "the kernels are f32")]
         let averaging = if plan.averages() { plan.volume_averaging as f32 } else { 0.0 };
-        let strength = strength(plan, domain.cell_width, dt);
+        let per_stress = per_stress(plan, domain.cell_width, dt);
+        // What a cell's face bears in shear, as forces are counted: a full cell's mass is eight.
+        let strength = 8.0 * material.shear_strength() * per_stress;
         // Of a cell that is sheared by a cell.
-        let shear_acceleration = plan.material.lame_mu() * (dt / domain.cell_width).powi(2) / plan.inertial_density();
+        let shear_acceleration = material.lame_mu() * per_stress;
         self.is_sorted &= !self.state.drop_plates(plan);
         self.state.begin_frame(&step);
         for s in 0..steps {
@@ -89,7 +90,7 @@ impl Solver {
         if plan.averages() {
             averaging::average_volumes(&mut self.state, plan.volume_averaging);
         }
-        self.settle(plan, &mut tally);
+        self.settle(plan, dt, &mut tally);
         self.state.end_frame(&step);
         Ok(tally)
     }

@@ -53,11 +53,11 @@ impl Solver {
         outcome
     }
 
-    /// Whether the clay stands after implicit steps; then what little it moves is taken from it, and counts
-    /// as force out of balance.
-    pub(super) fn settle(&mut self, plan: &FramePlan, tally: &mut Tally) {
+    /// Whether the clay stands after implicit steps of `dt` \[s\]; then what little it moves is taken from it,
+    /// and counts as force out of balance.
+    pub(super) fn settle(&mut self, plan: &FramePlan, dt: f64, tally: &mut Tally) {
         let speed = |hot: &super::Hot| Vec3::from_array(hot.velocity).length();
-        let most = STANDING_TRAVEL.max(STANDING_WAYS * tally.way_left) * plan.dt / STANDING_TIME;
+        let most = STANDING_TRAVEL.max(STANDING_WAYS * tally.way_left) * dt / STANDING_TIME;
         tally.is_standing = tally.way_left < STANDING_LEFT
             && self.state.hot.par_iter().all(|hot| f64::from(speed(hot)) < most)
             && !self.is_any_near(plan);
