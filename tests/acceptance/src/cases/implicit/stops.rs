@@ -7,7 +7,8 @@ use bevy_clay::sim::prelude::*;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-/// How fast the ball comes [m/s]: where inertia takes 8 % of its force, a quarter, and more than half.
+/// How fast the ball comes [m/s]: implicit steps alone keep 3 to 5 %, 13 and 40 % more of its force than
+/// explicit ones.
 const SPEEDS: [f64; 3] = [0.2, 0.4, 0.8];
 /// Length of a frame \[s\]: stops fall into frames, not between them.
 const FRAME: f64 = 1.0 / 90.0;
